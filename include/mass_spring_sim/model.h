@@ -1,0 +1,66 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "mass_spring_sim/scene.h"
+#include "mass_spring_sim/state.h"
+
+namespace mass_spring {
+
+class Effect;
+
+enum class SpringKind : std::uint8_t { kStructural = 0, kShear = 1, kBending = 2 };
+
+struct Spring {
+  std::uint32_t i, j;  ///< global particle numbers, i != j
+  double rest_length;  ///< m, >= 0
+  double stiffness;    ///< N/m, >= 0
+  double damping;      ///< N s/m along the spring, >= 0; 0 where none was asked for
+  SpringKind kind;
+};
+
+/// The ranges that one object of the scene takes in a model.
+struct ModelObject {
+  std::string name;
+  Eigen::Vector4d color;
+  std::uint32_t first_particle, particle_count;
+  std::uint32_t first_spring, spring_count;
+  std::uint32_t first_triangle, triangle_count;
+  bool has_surface;  ///< cloth and mesh
+};
+
+/// What was built of a scene; constant while it steps. Particles are numbered through all objects.
+struct Model {
+  Model();
+  ~Model();
+  Model(Model&&) noexcept;
+  Model& operator=(Model&&) noexcept;
+
+  std::vector<ModelObject> objects;
+  Eigen::VectorXd masses;                               ///< kg, > 0
+  std::vector<Spring> springs;                          ///< object by object
+  std::vector<std::array<std::uint32_t, 3>> triangles;  ///< global particle numbers
+  State start;
+  std::vector<std::unique_ptr<Effect>> effects;  ///< the active ones and no others
+
+  std::uint32_t particleCount() const { return static_cast<std::uint32_t>(masses.size()); }
+  /// nullptr if there is none of that name; "" finds the only object of a scene that has just one.
+  const ModelObject* findObject(const std::string& name) const;
+  /// The object that holds a global particle number.
+  const ModelObject& objectOf(std::uint32_t particle) const;
+  std::vector<std::string> effectNames() const;
+};
+
+/// Builds particles and springs object by object, then the effects the scene asks for.
+/// @param scene  validated by the reader
+Model buildModel(const Scene& scene);
+
+/// The particles, springs and triangles of one object, appended to the model.
+void appendObject(const Object& object, Model& model);
+
+}  // namespace mass_spring

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "mass_spring_sim/command.h"
+#include "mass_spring_sim/model.h"
+#include "mass_spring_sim/state.h"
+
+namespace mass_spring {
+
+/// Particles whose position is prescribed: they move rigidly with the pin's target pose.
+struct Pin {
+  std::vector<std::uint32_t> particles;  ///< global
+  std::vector<Eigen::Vector3d> offsets;  ///< m, in the frame of the target pose
+  Pose target;                           ///< in the scene's frame
+};
+
+/// The pins of a simulation, by name. A particle belongs to one pin at the most.
+class Pins {
+ public:
+  explicit Pins(std::uint32_t particle_count);
+
+  /// @param command  its particles as `particles` (global); the caller has validated the rest
+  CommandResult add(const PinCommand& command, std::vector<std::uint32_t> particles,
+                    const Vectors& positions);
+  CommandResult move(const std::string& name, const Pose& target);
+  CommandResult remove(const std::string& name);
+  void clear();
+
+  const std::map<std::string, Pin>& all() const { return pins_; }
+  bool empty() const { return pins_.empty(); }
+  /// Per particle: is it pinned?
+  const std::vector<char>& mask() const { return mask_; }
+  /// Writes the prescribed positions of pinned particles [m]; leaves the others alone.
+  void prescribe(Vectors& positions) const;
+
+ private:
+  std::map<std::string, Pin> pins_;
+  std::vector<char> mask_;
+};
+
+}  // namespace mass_spring

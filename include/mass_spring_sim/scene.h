@@ -1,0 +1,147 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "mass_spring_sim/command.h"
+#include "mass_spring_sim/scheme.h"
+
+namespace mass_spring {
+
+/// A scene that was refused. what() holds one problem per line, each `path: got X, expected Y`.
+class SceneError : public std::runtime_error {
+ public:
+  explicit SceneError(std::vector<std::string> problems);
+  const std::vector<std::string>& problems() const { return problems_; }
+
+ private:
+  std::vector<std::string> problems_;
+};
+
+/// A chain of segments + 1 particles from start to end; neighbours are joined.
+struct Rope {
+  Eigen::Vector3d start, end;            ///< m
+  int segments = 1;                      ///< >= 1
+  double mass = 0.0;                     ///< kg, whole object, > 0
+  std::optional<double> stiffness;       ///< N/m per spring, >= 0; exactly one of these two
+  std::optional<double> axial_rigidity;  ///< N (EA), > 0: k = EA / segment length
+  std::optional<double> bend_stiffness;  ///< N/m of the skip-one springs
+  std::optional<double> damping;         ///< N s/m per spring, >= 0
+};
+
+/// resolution[0] x resolution[1] particles in the object's xy plane, centred on position;
+/// particle = row * resolution[0] + column, x runs with the column, y with the row.
+struct Cloth {
+  Eigen::Vector2d size;                                     ///< m, > 0
+  std::array<int, 2> resolution{2, 2};                      ///< >= 2 each
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();       ///< m
+  Eigen::Vector3d orientation = Eigen::Vector3d::Zero();    ///< rad, roll pitch yaw (REP 103)
+  double mass = 0.0;                                        ///< kg, whole object, > 0
+  double stiffness = 0.0;                                   ///< N/m, structural springs
+  std::optional<double> shear_stiffness;                    ///< N/m, both diagonals of each cell
+  std::optional<double> bend_stiffness;                     ///< N/m, skip-one springs
+  std::optional<double> damping;                            ///< N s/m per spring
+};
+
+/// nx x ny x nz particles, centred on position; particle = (iz * ny + iy) * nx + ix.
+struct Lattice {
+  Eigen::Vector3d size;                                   ///< m, > 0
+  std::array<int, 3> resolution{2, 2, 2};                 ///< >= 2 each
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();     ///< m
+  Eigen::Vector3d orientation = Eigen::Vector3d::Zero();  ///< rad, roll pitch yaw
+  double mass = 0.0;                                      ///< kg, whole object, > 0
+  double stiffness = 0.0;                                 ///< N/m along the axes
+  std::optional<double> shear_stiffness;                  ///< N/m, face and body diagonals
+  std::optional<double> bend_stiffness;                   ///< N/m, skip-one along the axes
+  std::optional<double> damping;                          ///< N s/m per spring
+};
+
+/// One particle per vertex, one structural spring per edge.
+struct Mesh {
+  std::string file;                                       ///< as the scene names it
+  double scale = 1.0;                                     ///< m per unit of the file, > 0
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();     ///< m, of the file's origin
+  Eigen::Vector3d orientation = Eigen::Vector3d::Zero();  ///< rad, roll pitch yaw
+  double mass = 0.0;                                      ///< kg, whole object, > 0
+  double stiffness = 0.0;                                 ///< N/m per edge
+  std::optional<double> bend_stiffness;  ///< N/m, between opposite corners of adjacent triangles
+  std::optional<double> damping;         ///< N s/m per spring
+  std::vector<Eigen::Vector3d> vertices;                  ///< as in the file, filled by the reader
+  std::vector<std::array<std::uint32_t, 3>> triangles;    ///< filled by the reader
+};
+
+/// Everything by hand. Vectors of "one or all" have been expanded by the reader.
+struct Particles {
+  std::vector<Eigen::Vector3d> positions;               ///< m, at least one
+  std::vector<Eigen::Vector3d> velocities;              ///< m/s, as many as positions
+  std::vector<double> masses;                           ///< kg, > 0, as many as positions
+  std::vector<std::array<std::uint32_t, 2>> springs;    ///< pairs of different particles
+  std::vector<double> stiffness;                        ///< N/m, >= 0, as many as springs
+  std::optional<std::vector<double>> damping;           ///< N s/m, >= 0, as many as springs
+  std::optional<std::vector<double>> rest_lengths;      ///< m, >= 0; absent = distance at the start
+};
+
+struct Object {
+  std::string name;  ///< [A-Za-z][A-Za-z0-9_]*
+  Eigen::Vector4d color{0.2, 0.5, 1.0, 1.0};  ///< red green blue alpha, [0, 1] each
+  std::variant<Rope, Cloth, Lattice, Mesh, Particles> shape;
+};
+
+/// Number of particles the object is built of.
+std::uint32_t particleCount(const Object& object);
+
+/// Particles of one object held where they are at the start.
+struct ScenePin {
+  std::string name;  ///< [A-Za-z][A-Za-z0-9_]*
+  std::string object;
+  std::vector<std::uint32_t> particles;  ///< of that object, none twice, not empty
+};
+
+struct GravityOptions {
+  Eigen::Vector3d acceleration;  ///< m/s^2
+};
+
+/// Only what is listed here exists.
+struct EffectOptions {
+  std::optional<GravityOptions> gravity;
+};
+
+struct TimedCommand {
+  double time = 0.0;  ///< s of simulated time, >= 0; takes effect at the first step from then on
+  Command command;
+};
+
+/// Hz of simulated time, [0, 10000]; 0 = never.
+struct PublishRates {
+  double markers = 30.0;
+  double state = 100.0;
+  double stats = 10.0;
+};
+
+struct Limits {
+  double max_force = 1e6;  ///< N per particle, > 0; larger commands are refused
+};
+
+/// What the user asked for: plain data, validated by the reader. Objects, pins in bytewise order of
+/// their names, the timeline in order of time (and of the file where times are equal).
+struct Scene {
+  std::string frame_id = "world";
+  double rate = 100.0;            ///< Hz, [1, 10000]; step h = 1 / rate
+  double real_time_factor = 1.0;  ///< [0, 100]; 0 = as fast as possible
+  bool start_paused = false;
+  SolverOptions solver;
+  std::vector<Object> objects;  ///< at least one
+  std::vector<ScenePin> pins;
+  EffectOptions effects;
+  std::vector<TimedCommand> timeline;
+  PublishRates publish;
+  Limits limits;
+};
+
+}  // namespace mass_spring

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace mass_spring {
+
+/// Time integration schemes. Equation numbers are those of the course notes.
+enum class Scheme {
+  kExplicitEuler,        ///< eq. 10-11
+  kSymplecticEuler,      ///< velocities first, then positions with the new velocities
+  kLinearImplicitEuler,  ///< eq. 16/19: implicit Euler after one Newton iteration from x_n
+  kImplicitEuler,        ///< eq. 12-13, solved by Newton's method
+};
+
+/// What is known of a scheme before it is run.
+struct SchemeInfo {
+  Scheme scheme;
+  std::string name;  ///< as in scene files
+  int order;         ///< global error O(h^order)
+  bool implicit;     ///< solves a system each step; stable at any step on linear problems
+};
+
+/// All schemes, in the order of the enumeration.
+const std::vector<SchemeInfo>& schemes();
+const SchemeInfo& info(Scheme scheme);
+std::optional<Scheme> schemeFromName(const std::string& name);
+
+/// Linear solvers of the implicit schemes.
+enum class LinearSolver {
+  kAuto,               ///< Cholesky for small or chain-like systems, else conjugate gradients
+  kConjugateGradient,  ///< preconditioned by a block incomplete Cholesky factor
+  kCholesky,           ///< sparse, 3x3 blocks
+};
+
+/// Names as in scene files, in the order of the enumeration.
+const std::vector<std::string>& linearSolverNames();
+const std::string& name(LinearSolver solver);
+std::optional<LinearSolver> linearSolverFromName(const std::string& name);
+
+struct SolverOptions {
+  Scheme scheme = Scheme::kImplicitEuler;
+  int substeps = 1;                ///< equal sub-steps of each step, [1, 100000]
+  double newton_tolerance = 1e-6;  ///< displacement per sub-step / mean rest length, (0, 1)
+  int max_newton_iterations = 20;  ///< [1, 1000]
+  LinearSolver linear_solver = LinearSolver::kAuto;
+  double linear_tolerance = 1e-6;    ///< |b - A x| / |b|, (0, 1)
+  int max_linear_iterations = 1000;  ///< [1, 1000000]
+};
+
+}  // namespace mass_spring

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "mass_spring_sim/command.h"
+#include "mass_spring_sim/model.h"
+#include "mass_spring_sim/pins.h"
+#include "mass_spring_sim/scene.h"
+#include "mass_spring_sim/state.h"
+#include "mass_spring_sim/step_report.h"
+
+namespace mass_spring {
+
+class Loads;
+class Stepper;
+
+/// A scene that runs: model, state, pins, forces and the scheme that advances them.
+/// Not thread-safe: one thread steps it and applies commands between steps.
+///
+///   Simulation simulation(readSceneFile("cloth.yaml"));
+///   simulation.apply(PinCommand{...});
+///   while (simulation.state().time < 1.0) simulation.step();
+class Simulation {
+ public:
+  /// @throws SceneError if a value of the scene is out of its range
+  explicit Simulation(Scene scene);
+  ~Simulation();
+
+  const Scene& scene() const { return scene_; }
+  const Model& model() const { return model_; }
+  const State& state() const { return state_; }
+  const Pins& pins() const { return pins_; }
+  const StepTotals& totals() const { return totals_; }
+  std::uint32_t activeForces() const;
+  double stepSize() const { return 1.0 / scene_.rate; }  ///< s
+  std::size_t matrixNonzeros() const;  ///< scalars of the whole symmetric step matrix; 0 if explicit
+
+  /// Checks a command and, if it is accepted, lets it take effect with the next step.
+  CommandResult apply(const Command& command);
+
+  /// Called for each command of the timeline when its time has come, with what became of it.
+  using TimelineObserver = std::function<void(const Command&, const CommandResult&)>;
+  void observeTimeline(TimelineObserver observer) { timeline_observer_ = std::move(observer); }
+
+  /// Applies what the timeline has due, then advances by 1 / rate.
+  StepReport step();
+
+  /// Back to the start: state, pins of the scene, timeline; forces cleared, totals zero.
+  void reset();
+  void clearForces();
+  void clearPins();  ///< removes all pins, also those of the scene
+
+ private:
+  CommandResult applyForce(const ForceCommand& command);
+  CommandResult applyPin(const PinCommand& command);
+  void restorePins();
+
+  Scene scene_;
+  Model model_;
+  State state_;
+  Pins pins_;
+  StepTotals totals_;
+  std::unique_ptr<Loads> loads_;
+  std::unique_ptr<Stepper> stepper_;
+  std::size_t next_timed_command_ = 0;
+  TimelineObserver timeline_observer_;
+};
+
+}  // namespace mass_spring

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace mass_spring {
+
+enum class StepStatus : std::uint8_t {
+  kConverged,  ///< to the tolerances asked for
+  kDegraded,   ///< finite, but another way than asked for: see the message
+  kFailed,     ///< not finite; the state is the one before the step
+};
+
+/// "converged", "degraded", "failed"
+const char* name(StepStatus status);
+
+/// What one step did. Numerics never throw: they report.
+struct StepReport {
+  StepStatus status = StepStatus::kConverged;
+  std::string message;  ///< empty if converged; else what was done, or object and particle
+  std::uint32_t substeps = 0;
+  std::uint32_t newton_iterations = 0;  ///< linear systems set up, over all sub-steps
+  std::uint32_t linear_iterations = 0;  ///< of conjugate gradients; 0 with a direct solver
+  std::uint32_t factorizations = 0;
+  std::uint32_t projected_springs = 0;  ///< whose stiffness was made positive semidefinite
+  std::uint32_t rejected = 0;           ///< attempts thrown away and redone another way
+  double residual = 0.0;                ///< largest relative residual of the equations solved
+};
+
+/// Sums over the steps since start or reset.
+struct StepTotals {
+  std::uint64_t steps = 0;
+  std::uint64_t substeps = 0;
+  std::uint64_t newton_iterations = 0;
+  std::uint64_t linear_iterations = 0;
+  std::uint64_t factorizations = 0;
+  std::uint64_t unconverged_steps = 0;  ///< degraded or failed
+  std::uint64_t rejected_steps = 0;
+  void add(const StepReport& report);
+};
+
+}  // namespace mass_spring

@@ -1,0 +1,42 @@
+#include "mass_spring_sim/scheme.h"
+
+#include <algorithm>
+
+namespace mass_spring {
+
+const std::vector<SchemeInfo>& schemes() {
+  static const std::vector<SchemeInfo> table = {
+      {Scheme::kExplicitEuler, "explicit_euler", 1, false},
+      {Scheme::kSymplecticEuler, "symplectic_euler", 1, false},
+      {Scheme::kLinearImplicitEuler, "linear_implicit_euler", 1, true},
+      {Scheme::kImplicitEuler, "implicit_euler", 1, true},
+  };
+  return table;
+}
+
+const SchemeInfo& info(Scheme scheme) { return schemes()[static_cast<std::size_t>(scheme)]; }
+
+std::optional<Scheme> schemeFromName(const std::string& name) {
+  for (const SchemeInfo& candidate : schemes()) {
+    if (candidate.name == name) return candidate.scheme;
+  }
+  return std::nullopt;
+}
+
+const std::vector<std::string>& linearSolverNames() {
+  static const std::vector<std::string> names = {"auto", "conjugate_gradient", "cholesky"};
+  return names;
+}
+
+const std::string& name(LinearSolver solver) {
+  return linearSolverNames()[static_cast<std::size_t>(solver)];
+}
+
+std::optional<LinearSolver> linearSolverFromName(const std::string& name) {
+  const auto& names = linearSolverNames();
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) return std::nullopt;
+  return static_cast<LinearSolver>(found - names.begin());
+}
+
+}  // namespace mass_spring
