@@ -1,0 +1,49 @@
+#include "tools/json_report.h"
+
+#include "mass_spring_sim/scheme.h"
+
+namespace mass_spring {
+namespace {
+
+nlohmann::json json(const Energy& energy) {
+  return {{"kinetic", energy.kinetic},
+          {"elastic", energy.elastic},
+          {"gravity", energy.gravity},
+          {"total", energy.total()}};
+}
+
+}  // namespace
+
+nlohmann::json jsonReport(const Simulation& simulation, const RunStatistics& statistics) {
+  const StepTotals& totals = simulation.totals();
+  const StepTimes& times = statistics.step_times;
+  return {
+      {"scheme", info(simulation.scene().solver.scheme).name},
+      {"steps", simulation.state().step},
+      {"substeps_total", totals.substeps},
+      {"simulated_seconds", simulation.state().time},
+      {"wall_seconds", statistics.wall_seconds},
+      {"setup_seconds", statistics.setup_seconds},
+      {"step_seconds",
+       {{"median", times.quantile(0.5)}, {"p99", times.quantile(0.99)}, {"max", times.max()}}},
+      {"particles", simulation.model().particleCount()},
+      {"springs", simulation.model().springs.size()},
+      {"effects", simulation.model().effectNames()},
+      {"newton_iterations", totals.newton_iterations},
+      {"linear_iterations", totals.linear_iterations},
+      {"factorizations", totals.factorizations},
+      {"matrix_nonzeros", simulation.matrixNonzeros()},
+      {"unconverged_steps", totals.unconverged_steps},
+      {"rejected_steps", totals.rejected_steps},
+      {"estimated_error", nullptr},  // no scheme of this version has an embedded estimate
+      {"energy",
+       {{"start", json(statistics.start_energy)},
+        {"end", json(energy(simulation.model(), simulation.state()))},
+        {"max_total", statistics.max_energy}}},
+      {"max_stretch", statistics.max_stretch},
+      {"status", name(statistics.status)},
+      {"message", statistics.message()},
+  };
+}
+
+}  // namespace mass_spring
