@@ -9,7 +9,7 @@
 namespace mass_spring {
 
 struct Pose {
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();              ///< m
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();               ///< m
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  ///< of unit length
 };
 
@@ -27,10 +27,10 @@ struct PinCommand {
   enum class Action : std::uint8_t { kAdd = 0, kMove = 1, kRemove = 2 };
   Action action = Action::kAdd;
   std::string name;
-  std::string object;                     ///< "" only where the scene has exactly one object
-  std::vector<std::uint32_t> particles;   ///< explicit, or empty and:
+  std::string object;                    ///< "" only where the scene has exactly one object
+  std::vector<std::uint32_t> particles;  ///< explicit, or empty and:
   Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< m; the particles within radius of it
-  double radius = 0.0;                    ///< m; 0 = the nearest one
+  double radius = 0.0;                              ///< m; 0 = the nearest one
   Pose target;        ///< where the pin is to go; on kAdd the particles keep their offsets to it
   bool here = false;  ///< kAdd: the pin's pose is the centroid of its particles; target is ignored
 };

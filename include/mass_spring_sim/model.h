@@ -12,6 +12,7 @@
 
 namespace mass_spring {
 
+class BlockPattern;
 class Effect;
 
 enum class SpringKind : std::uint8_t { kStructural = 0, kShear = 1, kBending = 2 };
@@ -47,6 +48,7 @@ struct Model {
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< global particle numbers
   State start;
   std::vector<std::unique_ptr<Effect>> effects;  ///< the active ones and no others
+  std::shared_ptr<const BlockPattern> pattern;   ///< of the step matrix; only for implicit schemes
 
   std::uint32_t particleCount() const { return static_cast<std::uint32_t>(masses.size()); }
   /// nullptr if there is none of that name; "" finds the only object of a scene that has just one.

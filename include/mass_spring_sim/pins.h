@@ -37,6 +37,8 @@ class Pins {
   void prescribe(Vectors& positions) const;
 
  private:
+  CommandResult unknown(const std::string& name) const;
+
   std::map<std::string, Pin> pins_;
   std::vector<char> mask_;
 };

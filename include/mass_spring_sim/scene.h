@@ -38,15 +38,15 @@ struct Rope {
 /// resolution[0] x resolution[1] particles in the object's xy plane, centred on position;
 /// particle = row * resolution[0] + column, x runs with the column, y with the row.
 struct Cloth {
-  Eigen::Vector2d size;                                     ///< m, > 0
-  std::array<int, 2> resolution{2, 2};                      ///< >= 2 each
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();       ///< m
-  Eigen::Vector3d orientation = Eigen::Vector3d::Zero();    ///< rad, roll pitch yaw (REP 103)
-  double mass = 0.0;                                        ///< kg, whole object, > 0
-  double stiffness = 0.0;                                   ///< N/m, structural springs
-  std::optional<double> shear_stiffness;                    ///< N/m, both diagonals of each cell
-  std::optional<double> bend_stiffness;                     ///< N/m, skip-one springs
-  std::optional<double> damping;                            ///< N s/m per spring
+  Eigen::Vector2d size;                                   ///< m, > 0
+  std::array<int, 2> resolution{2, 2};                    ///< >= 2 each
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();     ///< m
+  Eigen::Vector3d orientation = Eigen::Vector3d::Zero();  ///< rad, roll pitch yaw (REP 103)
+  double mass = 0.0;                                      ///< kg, whole object, > 0
+  double stiffness = 0.0;                                 ///< N/m, structural springs
+  std::optional<double> shear_stiffness;                  ///< N/m, both diagonals of each cell
+  std::optional<double> bend_stiffness;                   ///< N/m, skip-one springs
+  std::optional<double> damping;                          ///< N s/m per spring
 };
 
 /// nx x ny x nz particles, centred on position; particle = (iz * ny + iy) * nx + ix.
@@ -70,25 +70,25 @@ struct Mesh {
   Eigen::Vector3d orientation = Eigen::Vector3d::Zero();  ///< rad, roll pitch yaw
   double mass = 0.0;                                      ///< kg, whole object, > 0
   double stiffness = 0.0;                                 ///< N/m per edge
-  std::optional<double> bend_stiffness;  ///< N/m, between opposite corners of adjacent triangles
-  std::optional<double> damping;         ///< N s/m per spring
-  std::vector<Eigen::Vector3d> vertices;                  ///< as in the file, filled by the reader
-  std::vector<std::array<std::uint32_t, 3>> triangles;    ///< filled by the reader
+  std::optional<double> bend_stiffness;   ///< N/m, between opposite corners of adjacent triangles
+  std::optional<double> damping;          ///< N s/m per spring
+  std::vector<Eigen::Vector3d> vertices;  ///< as in the file, filled by the reader
+  std::vector<std::array<std::uint32_t, 3>> triangles;  ///< filled by the reader
 };
 
 /// Everything by hand. Vectors of "one or all" have been expanded by the reader.
 struct Particles {
-  std::vector<Eigen::Vector3d> positions;               ///< m, at least one
-  std::vector<Eigen::Vector3d> velocities;              ///< m/s, as many as positions
-  std::vector<double> masses;                           ///< kg, > 0, as many as positions
-  std::vector<std::array<std::uint32_t, 2>> springs;    ///< pairs of different particles
-  std::vector<double> stiffness;                        ///< N/m, >= 0, as many as springs
-  std::optional<std::vector<double>> damping;           ///< N s/m, >= 0, as many as springs
-  std::optional<std::vector<double>> rest_lengths;      ///< m, >= 0; absent = distance at the start
+  std::vector<Eigen::Vector3d> positions;             ///< m, at least one
+  std::vector<Eigen::Vector3d> velocities;            ///< m/s, as many as positions
+  std::vector<double> masses;                         ///< kg, > 0, as many as positions
+  std::vector<std::array<std::uint32_t, 2>> springs;  ///< pairs of different particles
+  std::vector<double> stiffness;                      ///< N/m, >= 0, as many as springs
+  std::optional<std::vector<double>> damping;         ///< N s/m, >= 0, as many as springs
+  std::optional<std::vector<double>> rest_lengths;    ///< m, >= 0; absent = distance at the start
 };
 
 struct Object {
-  std::string name;  ///< [A-Za-z][A-Za-z0-9_]*
+  std::string name;                           ///< [A-Za-z][A-Za-z0-9_]*
   Eigen::Vector4d color{0.2, 0.5, 1.0, 1.0};  ///< red green blue alpha, [0, 1] each
   std::variant<Rope, Cloth, Lattice, Mesh, Particles> shape;
 };

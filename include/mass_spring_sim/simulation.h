@@ -34,7 +34,8 @@ class Simulation {
   const StepTotals& totals() const { return totals_; }
   std::uint32_t activeForces() const;
   double stepSize() const { return 1.0 / scene_.rate; }  ///< s
-  std::size_t matrixNonzeros() const;  ///< scalars of the whole symmetric step matrix; 0 if explicit
+  std::size_t matrixNonzeros()
+      const;  ///< scalars of the whole symmetric step matrix; 0 if explicit
 
   /// Checks a command and, if it is accepted, lets it take effect with the next step.
   CommandResult apply(const Command& command);

@@ -1,42 +1,60 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "mass_spring_sim/measures.h"
+#include "mass_spring_sim/model.h"
 #include "mass_spring_sim/state.h"
 
 namespace mass_spring {
 
+class BlockPattern;
 class PatternBuilder;
 class StepMatrix;
 
-/// Whatever adds energy or force. With K = -df/dx and D = -df/dv, the step matrix is
-/// alpha_a M + alpha_v D + alpha_x K.
+/// With K = -df/dx and D = -df/dv, the step matrix is mass M + damping D + stiffness K.
 struct MatrixWeights {
   double mass;       ///< alpha_a
-  double damping;    ///< alpha_v
-  double stiffness;  ///< alpha_x
+  double damping;    ///< alpha_v [s]
+  double stiffness;  ///< alpha_x [s^2]
 };
 
-/// One physical effect. An effect that a scene does not call for is not in the model's list.
+/// Whatever adds energy or force. An effect that a scene does not call for is not in the model's
+/// list, and so has no entries in the pattern, no memory and no branch inside a loop.
 class Effect {
  public:
   virtual ~Effect() = default;
   virtual std::string name() const = 0;
+
   /// Adds the potential energy [J] to the entry it belongs to.
-  virtual void addEnergy(const Vectors& positions, Energy& energy) const;
+  virtual void addEnergy(const Vectors& /*positions*/, Energy& /*energy*/) const {}
+
+  /// Q = v^T D v / 2 [W], half the power lost; with x held, -dQ/dv is the damping force.
+  virtual double dissipation(const Vectors& /*positions*/, const Vectors& /*velocities*/) const {
+    return 0.0;
+  }
+
   /// Adds the force on each particle [N].
   virtual void addForces(const Vectors& positions, const Vectors& velocities,
                          Vectors& forces) const = 0;
-  /// Names the pairs of particles whose blocks the matrix needs.
-  virtual void addPattern(PatternBuilder& pattern) const;
-  /// Adds alpha_v D + alpha_x K, made positive semidefinite where the masses alone could not keep
-  /// the matrix definite. Returns how many elements were projected.
-  virtual std::uint32_t addDerivatives(const Vectors& positions, const Vectors& velocities,
-                                       const MatrixWeights& weights,
-                                       const Eigen::VectorXd& masses, StepMatrix& matrix) const;
-  /// Power loss as a potential of the velocities [W/2]: -dQ/dv is the force. 0 if conservative.
-  virtual double dissipation(const Vectors& positions, const Vectors& velocities) const;
+
+  /// Names the pairs of particles whose blocks the matrix needs; then looks them up, once.
+  virtual void addPattern(PatternBuilder& /*pattern*/) const {}
+  virtual void findSlots(const BlockPattern& /*pattern*/) {}
+
+  /// Adds the weighted D and K to a matrix that holds the weighted masses, K made positive
+  /// semidefinite where the masses alone could not keep the matrix definite.
+  /// @return how many elements were projected
+  virtual std::uint32_t addDerivatives(const Vectors& /*positions*/,
+                                       const MatrixWeights& /*weights*/,
+                                       StepMatrix& /*matrix*/) const {
+    return 0;
+  }
 };
+
+/// Sum over the model's effects, and the external loads if there are any [N].
+void sumForces(const Model& model, const Vectors* loads, const Vectors& positions,
+               const Vectors& velocities, Vectors& forces);
 
 }  // namespace mass_spring

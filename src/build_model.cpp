@@ -1,0 +1,87 @@
+#include <cmath>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "effects/gravity.h"
+#include "effects/spring_damping.h"
+#include "effects/springs.h"
+#include "mass_spring_sim/model.h"
+#include "solvers/block_pattern.h"
+
+namespace mass_spring {
+namespace {
+
+template <typename Property>
+bool any(const std::vector<Spring>& springs, Property property) {
+  for (const Spring& s : springs) {
+    if (s.*property > 0.0) return true;
+  }
+  return false;
+}
+
+/// The last check before the numerics, for scenes that did not come through the reader.
+void requirePhysical(const Scene& scene, const Model& model) {
+  std::vector<std::string> problems;
+  const auto require = [&](bool good, const std::string& path, double value, const char* expected) {
+    if (good) return;
+    std::ostringstream problem;
+    problem << path << ": got " << value << ", expected " << expected;
+    problems.push_back(problem.str());
+  };
+  require(scene.rate > 0.0 && std::isfinite(scene.rate), "rate", scene.rate, "a number > 0 (Hz)");
+  require(scene.solver.substeps >= 1, "solver.substeps", scene.solver.substeps, "at least 1");
+  for (Eigen::Index i = 0; i < model.masses.size(); ++i) {
+    const double m = model.masses[i];
+    require(m > 0.0 && std::isfinite(m), "masses[" + std::to_string(i) + "]", m, "a mass > 0 (kg)");
+  }
+  for (std::size_t s = 0; s < model.springs.size(); ++s) {
+    const Spring& spring = model.springs[s];
+    const auto requireNotNegative = [&](double value, const char* field, const char* expected) {
+      require(value >= 0.0 && std::isfinite(value), "springs[" + std::to_string(s) + "]." + field,
+              value, expected);
+    };
+    requireNotNegative(spring.stiffness, "stiffness", "a number >= 0 (N/m)");
+    requireNotNegative(spring.damping, "damping", "a number >= 0 (N s/m)");
+    requireNotNegative(spring.rest_length, "rest_length", "a number >= 0 (m)");
+  }
+  if (!model.start.positions.allFinite()) {
+    problems.push_back("positions: got NaN or infinity, expected finite numbers (m)");
+  }
+  if (!model.start.velocities.allFinite()) {
+    problems.push_back("velocities: got NaN or infinity, expected finite numbers (m/s)");
+  }
+  if (model.particleCount() == 0) {
+    problems.push_back("objects: got no particle, expected at least one");
+  }
+  if (!problems.empty()) throw SceneError(problems);
+}
+
+}  // namespace
+
+Model buildModel(const Scene& scene) {
+  Model model;
+  for (const Object& object : scene.objects) appendObject(object, model);
+  requirePhysical(scene, model);
+
+  if (any(model.springs, &Spring::stiffness)) {
+    model.effects.push_back(std::make_unique<Springs>(model.springs));
+  }
+  if (any(model.springs, &Spring::damping)) {
+    model.effects.push_back(std::make_unique<SpringDamping>(model.springs));
+  }
+  if (scene.effects.gravity) {
+    model.effects.push_back(
+        std::make_unique<Gravity>(scene.effects.gravity->acceleration, model.masses));
+  }
+
+  if (info(scene.solver.scheme).implicit) {
+    PatternBuilder builder;
+    for (const auto& effect : model.effects) effect->addPattern(builder);
+    model.pattern = std::make_shared<BlockPattern>(model.particleCount(), std::move(builder));
+    for (const auto& effect : model.effects) effect->findSlots(*model.pattern);
+  }
+  return model;
+}
+
+}  // namespace mass_spring

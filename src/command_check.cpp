@@ -1,0 +1,134 @@
+#include "command_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <sstream>
+
+namespace mass_spring {
+namespace {
+
+template <typename... Parts>
+CommandResult refuse(Refusal refusal, const Parts&... parts) {
+  std::ostringstream message;
+  (message << ... << parts);
+  return {refusal, message.str()};
+}
+
+CommandResult findObject(const std::string& name, const Model& model, const ModelObject*& object) {
+  object = model.findObject(name);
+  if (object) return {};
+  std::string known;
+  for (const ModelObject& o : model.objects) known += (known.empty() ? "" : ", ") + o.name;
+  return refuse(Refusal::kUnknownObject, "object: got '", name, "', expected one of ", known);
+}
+
+/// Particles of an object to global numbers, each within range and none twice.
+CommandResult resolve(const std::vector<std::uint32_t>& particles, const ModelObject& object,
+                      std::vector<std::uint32_t>& global) {
+  std::vector<char> seen(object.particle_count, 0);
+  for (std::size_t k = 0; k < particles.size(); ++k) {
+    if (particles[k] >= object.particle_count) {
+      return refuse(Refusal::kBadIndex, "particles[", k, "]: got ", particles[k],
+                    ", expected 0 to ", object.particle_count - 1, " (object ", object.name, ")");
+    }
+    if (seen[particles[k]]) {
+      return refuse(Refusal::kBadIndex, "particles[", k, "]: got ", particles[k],
+                    " a second time, expected each particle once");
+    }
+    seen[particles[k]] = 1;
+    global.push_back(object.first_particle + particles[k]);
+  }
+  return {};
+}
+
+/// The particles of an object within a radius of a point; with radius 0 the nearest one.
+CommandResult resolve(const Eigen::Vector3d& point, double radius, const ModelObject& object,
+                      const Vectors& positions, std::vector<std::uint32_t>& global) {
+  double nearest = std::numeric_limits<double>::infinity();
+  std::uint32_t nearest_particle = object.first_particle;
+  for (std::uint32_t p = object.first_particle; p < object.first_particle + object.particle_count;
+       ++p) {
+    const double distance = (positions.col(p) - point).norm();
+    if (distance < nearest) {
+      nearest = distance;
+      nearest_particle = p;
+    }
+    if (radius > 0.0 && distance <= radius) global.push_back(p);
+  }
+  if (radius == 0.0) global.push_back(nearest_particle);
+  if (global.empty()) {
+    return refuse(Refusal::kBadValue, "radius: got ", radius, " m, expected at least ", nearest,
+                  " m, the distance of the nearest particle of ", object.name);
+  }
+  return {};
+}
+
+}  // namespace
+
+CommandResult checkForce(const ForceCommand& command, const Model& model, const Limits& limits,
+                         std::vector<std::uint32_t>& particles) {
+  for (std::size_t k = 0; k < command.forces.size(); ++k) {
+    if (!command.forces[k].allFinite()) {
+      return refuse(Refusal::kNotFinite, "forces[", k, "]: got ", command.forces[k].transpose(),
+                    ", expected finite numbers (N)");
+    }
+  }
+  if (!std::isfinite(command.duration)) {
+    return refuse(Refusal::kNotFinite, "duration: got ", command.duration,
+                  ", expected a finite number (s)");
+  }
+  const ModelObject* object = nullptr;
+  CommandResult result = findObject(command.object, model, object);
+  if (!result.accepted()) return result;
+
+  particles.clear();
+  if (command.particles.empty()) {
+    particles.resize(object->particle_count);
+    std::iota(particles.begin(), particles.end(), object->first_particle);
+  } else {
+    result = resolve(command.particles, *object, particles);
+    if (!result.accepted()) return result;
+  }
+  if (command.forces.size() != 1 && command.forces.size() != particles.size()) {
+    return refuse(Refusal::kBadLength, "forces: got ", command.forces.size(),
+                  " vectors, expected 1 or ", particles.size(), " (one per particle)");
+  }
+  for (std::size_t k = 0; k < command.forces.size(); ++k) {
+    // stableNorm: the plain one overflows to infinity above 1e154 and underflows below 1e-154.
+    const double force = command.forces[k].stableNorm();
+    if (force > limits.max_force) {
+      return refuse(Refusal::kLimit, "forces[", k, "]: got ", force, " N, expected at most ",
+                    limits.max_force, " N (limits.max_force)");
+    }
+  }
+  return result;
+}
+
+CommandResult checkPin(const PinCommand& command, const Model& model, const Vectors& positions,
+                       std::vector<std::uint32_t>& particles) {
+  const auto notFinite = [](const char* field) {
+    return refuse(Refusal::kNotFinite, field, ": got NaN or infinity, expected finite numbers (m)");
+  };
+  if (!command.target.position.allFinite()) return notFinite("target.position");
+  if (!command.target.orientation.coeffs().allFinite()) return notFinite("target.orientation");
+  if (!command.point.allFinite()) return notFinite("point");
+  if (!std::isfinite(command.radius)) return notFinite("radius");
+  if (command.name.empty()) {
+    return refuse(Refusal::kBadValue, "name: got '', expected the name of a pin");
+  }
+  if (command.action != PinCommand::Action::kAdd) return {};
+
+  const ModelObject* object = nullptr;
+  CommandResult result = findObject(command.object, model, object);
+  if (!result.accepted()) return result;
+  if (command.radius < 0.0) {
+    return refuse(Refusal::kBadValue, "radius: got ", command.radius, " m, expected a number >= 0");
+  }
+  particles.clear();
+  return command.particles.empty()
+             ? resolve(command.point, command.radius, *object, positions, particles)
+             : resolve(command.particles, *object, particles);
+}
+
+}  // namespace mass_spring

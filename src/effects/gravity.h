@@ -1,0 +1,25 @@
+#pragma once
+
+#include "effects/effect.h"
+
+namespace mass_spring {
+
+/// A constant acceleration g: E = -m g . x, f = m g.
+class Gravity : public Effect {
+ public:
+  Gravity(const Eigen::Vector3d& acceleration, const Eigen::VectorXd& masses)
+      : weights_(acceleration * masses.transpose()) {}
+  std::string name() const override { return "gravity"; }
+  void addEnergy(const Vectors& positions, Energy& energy) const override {
+    energy.gravity -= weights_.cwiseProduct(positions).sum();
+  }
+  void addForces(const Vectors& /*positions*/, const Vectors& /*velocities*/,
+                 Vectors& forces) const override {
+    forces += weights_;
+  }
+
+ private:
+  Vectors weights_;  // N
+};
+
+}  // namespace mass_spring

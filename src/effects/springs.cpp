@@ -1,0 +1,89 @@
+#include "effects/springs.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "effects/spring_direction.h"
+#include "solvers/step_matrix.h"
+
+namespace mass_spring {
+namespace {
+
+/// r = 1 - L/l, the share of k that acts across the spring; -infinity where the ends coincide.
+double transverseRatio(double length, double rest_length) {
+  if (rest_length == 0.0) return 1.0;  // linear, also at length 0
+  return 1.0 - rest_length / length;
+}
+
+}  // namespace
+
+SymmetricBlock springStiffness(const Eigen::Vector3d& d, double stiffness, double rest_length,
+                               bool project) {
+  const SpringDirection direction(d);
+  double r = transverseRatio(direction.length, rest_length);
+  if (project) r = std::max(r, 0.0);
+  return SymmetricBlock::axial(direction.n, stiffness, stiffness * r);
+}
+
+Springs::Springs(const std::vector<Spring>& springs) {
+  elements_.reserve(springs.size());
+  for (const Spring& s : springs) {
+    if (s.stiffness > 0.0) elements_.push_back({s.i, s.j, s.stiffness, s.rest_length, 0});
+  }
+}
+
+void Springs::addEnergy(const Vectors& positions, Energy& energy) const {
+  double sum = 0.0;
+  for (const Element& e : elements_) {
+    const double stretch = (positions.col(e.j) - positions.col(e.i)).norm() - e.rest_length;
+    sum += 0.5 * e.stiffness * stretch * stretch;
+  }
+  energy.elastic += sum;
+}
+
+void Springs::addForces(const Vectors& positions, const Vectors& /*velocities*/,
+                        Vectors& forces) const {
+  for (const Element& e : elements_) {
+    const SpringDirection direction(positions.col(e.j) - positions.col(e.i));
+    const Eigen::Vector3d f = e.stiffness * (direction.length - e.rest_length) * direction.n;
+    forces.col(e.i) += f;
+    forces.col(e.j) -= f;
+  }
+}
+
+void Springs::addPattern(PatternBuilder& pattern) const {
+  for (const Element& e : elements_) pattern.couple(e.i, e.j);
+}
+
+void Springs::findSlots(const BlockPattern& pattern) {
+  for (Element& e : elements_) e.slot = pattern.slot(e.i, e.j);
+}
+
+std::uint32_t Springs::addDerivatives(const Vectors& positions, const MatrixWeights& weights,
+                                      StepMatrix& matrix) const {
+  // A compressed spring takes at most 2 k |r| from the diagonal of each of its ends, as
+  // [1 -1; -1 1] <= 2 I. Where the mass outweighs the sum over its springs, the matrix stays
+  // definite without projection; a spring is projected if that fails at one of its ends.
+  Eigen::VectorXd& taken = matrix.indefiniteness();
+  taken.setZero();
+  for (const Element& e : elements_) {
+    const double length = (positions.col(e.j) - positions.col(e.i)).norm();
+    const double r = transverseRatio(length, e.rest_length);
+    if (r < 0.0) {
+      taken[e.i] -= 2.0 * weights.stiffness * e.stiffness * r;
+      taken[e.j] -= 2.0 * weights.stiffness * e.stiffness * r;
+    }
+  }
+  std::uint32_t projected = 0;
+  for (const Element& e : elements_) {
+    const Eigen::Vector3d d = positions.col(e.j) - positions.col(e.i);
+    const bool project = !(taken[e.i] < matrix.mass(e.i) && taken[e.j] < matrix.mass(e.j));
+    SymmetricBlock block =
+        springStiffness(d, weights.stiffness * e.stiffness, e.rest_length, project);
+    if (project && transverseRatio(d.norm(), e.rest_length) < 0.0) ++projected;
+    matrix.addElement(e.i, e.j, e.slot, block);
+  }
+  return projected;
+}
+
+}  // namespace mass_spring

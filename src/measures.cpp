@@ -1,0 +1,44 @@
+#include "mass_spring_sim/measures.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "effects/effect.h"
+
+namespace mass_spring {
+
+Energy energy(const Model& model, const State& state) {
+  Energy energy;
+  energy.kinetic = 0.5 * state.velocities.colwise().squaredNorm().dot(model.masses.transpose());
+  for (const auto& effect : model.effects) effect->addEnergy(state.positions, energy);
+  return energy;
+}
+
+double maxSpeed(const State& state) {
+  if (state.velocities.cols() == 0) return 0.0;
+  return std::sqrt(state.velocities.colwise().squaredNorm().maxCoeff());
+}
+
+double maxStretch(const Model& model, const State& state) {
+  double largest = 0.0;
+  for (const Spring& s : model.springs) {
+    if (s.rest_length > 0.0) largest = std::max(largest, 1.0 + strain(s, state.positions));
+  }
+  return largest;
+}
+
+double strain(const Spring& spring, const Vectors& positions) {
+  if (spring.rest_length == 0.0) return 0.0;
+  return (positions.col(spring.j) - positions.col(spring.i)).norm() / spring.rest_length - 1.0;
+}
+
+std::optional<std::uint32_t> firstNotFinite(const State& state) {
+  for (Eigen::Index i = 0; i < state.positions.cols(); ++i) {
+    if (!state.positions.col(i).allFinite() || !state.velocities.col(i).allFinite()) {
+      return static_cast<std::uint32_t>(i);
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace mass_spring

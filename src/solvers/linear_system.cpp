@@ -1,0 +1,80 @@
+#include "solvers/linear_system.h"
+
+namespace mass_spring {
+namespace {
+
+// Block products of one factorisation per block of the matrix, below which it beats conjugate
+// gradients (see benchmark/README.md).
+constexpr double kDirectWorkPerBlock = 60.0;
+// Factors beyond this size (some 10 s of work) are no rescue for a simulation that has to go on.
+constexpr std::size_t kLargestRescue = 500'000'000;
+
+}  // namespace
+
+LinearSystem::LinearSystem(std::shared_ptr<const BlockPattern> pattern,
+                           const SolverOptions& options)
+    : options_(options), direct_(options.linear_solver == LinearSolver::kCholesky) {
+  if (options_.linear_solver != LinearSolver::kConjugateGradient) {
+    cholesky_.emplace(pattern);
+    if (options_.linear_solver == LinearSolver::kAuto) {
+      const double blocks = pattern->size() + pattern->blocks();
+      direct_ = static_cast<double>(cholesky_->blockProducts()) < kDirectWorkPerBlock * blocks;
+    }
+  }
+  if (direct_) {
+    cholesky_->reserve();
+  } else {
+    conjugate_gradient_.emplace(pattern);
+  }
+  residual_.resize(3, pattern->size());
+  correction_.resize(3, pattern->size());
+}
+
+LinearSystem::Result LinearSystem::solve(const StepMatrix& matrix, const Vectors& b, Vectors& x) {
+  Result result;
+  if (direct_) {
+    solveDirectly(matrix, b, x, result);
+    return result;
+  }
+  const LinearResult iterative =
+      conjugate_gradient_->solve(matrix, b, options_.linear_tolerance,
+                                 static_cast<std::uint32_t>(options_.max_linear_iterations), x);
+  result.converged = iterative.converged;
+  result.iterations = iterative.iterations;
+  result.residual = iterative.residual;
+  if (!result.converged && cholesky_ && cholesky_->blockProducts() < kLargestRescue) {
+    solveDirectly(matrix, b, x, result);
+  }
+  return result;
+}
+
+bool LinearSystem::solveDirectly(const StepMatrix& matrix, const Vectors& b, Vectors& x,
+                                 Result& result) {
+  const double b_norm = b.norm();
+  if (b_norm == 0.0) {
+    x.setZero();
+    result.residual = 0.0;
+    return result.converged = true;
+  }
+  ++result.factorizations;
+  if (!cholesky_->factorize(matrix)) return result.converged = false;
+  cholesky_->solve(b, x);
+  matrix.multiply(x, residual_);
+  residual_ = b - residual_;
+  double norm = residual_.norm();
+  // Refinement wins back the digits that badly scaled blocks cost.
+  for (int round = 0; round < 3 && norm > 1e-15 * b_norm; ++round) {
+    cholesky_->solve(residual_, correction_);
+    correction_ += x;
+    matrix.multiply(correction_, residual_);
+    residual_ = b - residual_;
+    const double refined = residual_.norm();
+    if (!(refined < norm)) break;
+    norm = refined;
+    x.swap(correction_);
+  }
+  result.residual = norm / b_norm;
+  return result.converged = result.residual <= options_.linear_tolerance;
+}
+
+}  // namespace mass_spring

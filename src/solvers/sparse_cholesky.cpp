@@ -1,0 +1,160 @@
+#include "solvers/sparse_cholesky.h"
+
+#include <Eigen/OrderingMethods>
+#include <Eigen/SparseCore>
+#include <limits>
+
+namespace mass_spring {
+namespace {
+
+constexpr std::uint32_t kNever = std::numeric_limits<std::uint32_t>::max();
+
+/// Position -> particle, by approximate minimum degree on the graph of particles.
+std::vector<std::uint32_t> minimumDegreeOrder(const BlockPattern& pattern) {
+  const auto n = static_cast<int>(pattern.size());
+  std::vector<Eigen::Triplet<double, int>> entries;
+  entries.reserve(2 * pattern.blocks() + pattern.size());
+  for (int i = 0; i < n; ++i) {
+    entries.emplace_back(i, i, 1.0);
+    const auto row = static_cast<std::uint32_t>(i);
+    for (std::size_t s = pattern.rowStart(row); s < pattern.rowStart(row + 1); ++s) {
+      const auto j = static_cast<int>(pattern.column(s));
+      entries.emplace_back(i, j, 1.0);
+      entries.emplace_back(j, i, 1.0);
+    }
+  }
+  Eigen::SparseMatrix<double> graph(n, n);
+  graph.setFromTriplets(entries.begin(), entries.end());
+  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> permutation;
+  Eigen::AMDOrdering<int>()(graph, permutation);
+  std::vector<std::uint32_t> order(pattern.size());
+  for (int i = 0; i < n; ++i) {
+    order[static_cast<std::size_t>(i)] = static_cast<std::uint32_t>(permutation.indices()[i]);
+  }
+  return order;
+}
+
+}  // namespace
+
+SparseCholesky::SparseCholesky(std::shared_ptr<const BlockPattern> pattern)
+    : pattern_(std::move(pattern)),
+      order_(minimumDegreeOrder(*pattern_)),
+      position_(pattern_->size()),
+      a_start_(pattern_->size() + 1, 0),
+      a_row_(pattern_->blocks()),
+      a_slot_(pattern_->blocks()),
+      parent_(pattern_->size(), -1),
+      l_start_(pattern_->size() + 1, 0),
+      mark_(pattern_->size(), kNever) {
+  const std::uint32_t n = pattern_->size();
+  for (std::uint32_t k = 0; k < n; ++k) position_[order_[k]] = k;
+
+  const auto forEachBlock = [&](const auto& visit) {
+    for (std::uint32_t i = 0; i < n; ++i) {
+      for (std::size_t s = pattern_->rowStart(i); s < pattern_->rowStart(i + 1); ++s) {
+        const std::uint32_t p = position_[i], q = position_[pattern_->column(s)];
+        visit(std::min(p, q), std::max(p, q), s);
+      }
+    }
+  };
+  forEachBlock([&](std::uint32_t, std::uint32_t column, std::size_t) { ++a_start_[column + 1]; });
+  for (std::uint32_t k = 0; k < n; ++k) a_start_[k + 1] += a_start_[k];
+  std::vector<std::size_t> next(a_start_.begin(), a_start_.end() - 1);
+  forEachBlock([&](std::uint32_t row, std::uint32_t column, std::size_t slot) {
+    a_row_[next[column]] = row;
+    a_slot_[next[column]++] = slot;
+  });
+
+  // Elimination tree and column counts: row k of L reaches every ancestor (below k) of the entries
+  // of row k of A (Davis, Direct Methods for Sparse Linear Systems, 2006, ch. 4).
+  std::vector<std::size_t> count(n, 0);
+  for (std::uint32_t k = 0; k < n; ++k) {
+    mark_[k] = k;
+    for (std::size_t e = a_start_[k]; e < a_start_[k + 1]; ++e) {
+      for (std::uint32_t j = a_row_[e]; mark_[j] != k;) {
+        mark_[j] = k;
+        // Column j holds count[j] entries above row k, each of which this row updates.
+        block_products_ += count[j] + 1;
+        ++count[j];
+        if (parent_[j] < 0) parent_[j] = k;
+        j = static_cast<std::uint32_t>(parent_[j]);
+      }
+    }
+  }
+  for (std::uint32_t k = 0; k < n; ++k) l_start_[k + 1] = l_start_[k] + count[k];
+}
+
+void SparseCholesky::reserve() {
+  const std::uint32_t n = pattern_->size();
+  l_row_.resize(l_start_[n]);
+  l_.resize(l_start_[n]);
+  inverse_pivot_.resize(n);
+  l_end_.resize(n);
+  work_.assign(n, Block3{});
+  reach_.resize(n);
+  path_.resize(n);
+  permuted_.resize(3, n);
+}
+
+bool SparseCholesky::factorize(const StepMatrix& matrix) {
+  const std::uint32_t n = pattern_->size();
+  if (inverse_pivot_.size() != n) reserve();
+  std::fill(mark_.begin(), mark_.end(), kNever);
+  for (std::uint32_t k = 0; k < n; ++k) {
+    // Row k of the matrix, scattered; and the columns it reaches, so that each comes before those
+    // it updates.
+    std::uint32_t top = n;
+    mark_[k] = k;
+    for (std::size_t e = a_start_[k]; e < a_start_[k + 1]; ++e) {
+      work_[a_row_[e]] = Block3::from(matrix.upper()[a_slot_[e]]);
+      std::uint32_t length = 0;
+      for (std::uint32_t j = a_row_[e]; mark_[j] != k;) {
+        path_[length++] = j;
+        mark_[j] = k;
+        j = static_cast<std::uint32_t>(parent_[j]);
+      }
+      while (length > 0) reach_[--top] = path_[--length];
+    }
+    SymmetricBlock pivot = matrix.diagonal()[order_[k]];
+    for (std::uint32_t t = top; t < n; ++t) {
+      const std::uint32_t j = reach_[t];
+      const Block3 w = work_[j];
+      work_[j] = Block3{};
+      for (std::size_t e = l_start_[j]; e < l_end_[j]; ++e) {
+        work_[l_row_[e]].subtractProductTransposed(w, l_[e]);
+      }
+      const Block3 l = w.times(inverse_pivot_[j]);
+      w.subtractSymmetricProduct(l, pivot);
+      l_row_[l_end_[j]] = k;
+      l_[l_end_[j]++] = l;
+    }
+    l_end_[k] = l_start_[k];
+    if (!pivot.invert(inverse_pivot_[k])) {
+      std::fill(work_.begin(), work_.end(), Block3{});
+      return false;
+    }
+  }
+  return true;
+}
+
+void SparseCholesky::solve(const Vectors& b, Vectors& x) {
+  const std::uint32_t n = pattern_->size();
+  double* y = permuted_.data();
+  for (std::uint32_t k = 0; k < n; ++k) permuted_.col(k) = b.col(order_[k]);
+  for (std::uint32_t j = 0; j < n; ++j) {
+    for (std::size_t e = l_start_[j]; e < l_start_[j + 1]; ++e) {
+      l_[e].multiplySubtract(y + 3 * j, y + 3 * l_row_[e]);
+    }
+  }
+  for (std::uint32_t j = n; j-- > 0;) {
+    double z[3] = {0.0, 0.0, 0.0};
+    inverse_pivot_[j].multiplyAdd(y + 3 * j, z);
+    for (std::size_t e = l_start_[j]; e < l_start_[j + 1]; ++e) {
+      l_[e].multiplyTransposedSubtract(y + 3 * l_row_[e], z);
+    }
+    y[3 * j] = z[0], y[3 * j + 1] = z[1], y[3 * j + 2] = z[2];
+  }
+  for (std::uint32_t k = 0; k < n; ++k) x.col(order_[k]) = permuted_.col(k);
+}
+
+}  // namespace mass_spring

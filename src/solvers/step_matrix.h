@@ -1,0 +1,50 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "mass_spring_sim/state.h"
+#include "solvers/block_pattern.h"
+#include "solvers/symmetric_block.h"
+
+namespace mass_spring {
+
+/// The symmetric matrix that implicit schemes solve with, alpha_a M + alpha_v D + alpha_x K, as 3x3
+/// blocks on a fixed pattern.
+class StepMatrix {
+ public:
+  explicit StepMatrix(std::shared_ptr<const BlockPattern> pattern);
+
+  const BlockPattern& pattern() const { return *pattern_; }
+  const std::vector<SymmetricBlock>& diagonal() const { return diagonal_; }
+  const std::vector<SymmetricBlock>& upper() const { return upper_; }
+
+  /// Forgets everything and puts weight * mass on the diagonal.
+  void setMasses(double weight, const Eigen::VectorXd& masses);
+  /// Adds the element matrix [B -B; -B B] of a pair of particles.
+  void addElement(std::uint32_t i, std::uint32_t j, std::size_t slot, const SymmetricBlock& block) {
+    diagonal_[i] += block;
+    diagonal_[j] += block;
+    upper_[slot] -= block;
+  }
+  /// What setMasses() put on the diagonal of a particle.
+  double mass(std::uint32_t i) const { return weighted_masses_[i]; }
+  /// Per particle, scratch of the effects: how much unprojected elements could take from the
+  /// smallest eigenvalue of its diagonal block.
+  Eigen::VectorXd& indefiniteness() { return indefiniteness_; }
+
+  /// y = A x
+  void multiply(const Vectors& x, Vectors& y) const;
+  /// Drops the blocks between pinned particles and all others: what is left solves for the free.
+  void decouple(const std::vector<char>& pinned);
+
+ private:
+  std::shared_ptr<const BlockPattern> pattern_;
+  std::vector<SymmetricBlock> diagonal_;
+  std::vector<SymmetricBlock> upper_;
+  Eigen::VectorXd weighted_masses_;
+  Eigen::VectorXd indefiniteness_;
+};
+
+}  // namespace mass_spring
