@@ -1,0 +1,20 @@
+#pragma once
+
+#include "mass_spring_sim/command.h"
+#include "mass_spring_sim/scene.h"
+#include "scene/references.h"
+#include "scene/tree_reader.h"
+
+namespace mass_spring {
+
+/// {object, particles, forces, duration, id} of a timeline.
+void readForceCommand(const Place& place, const ParticleCounts& counts, const Limits& limits,
+                      ForceCommand& command);
+
+/// {action: add, name, object, particles or point and radius, target, orientation},
+/// {action: move, name, target, orientation} or {action: remove, name} of a timeline. The
+/// orientation is roll pitch yaw, or a quaternion x y z w. A pin that is added without a target is
+/// made where its particles are.
+void readPinCommand(const Place& place, const ParticleCounts& counts, PinCommand& command);
+
+}  // namespace mass_spring

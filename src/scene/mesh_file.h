@@ -1,0 +1,35 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace mass_spring {
+
+struct MeshFile {
+  std::vector<Eigen::Vector3d> vertices;                ///< in the units of the file
+  std::vector<std::array<std::uint32_t, 3>> triangles;  ///< three different vertices each
+};
+
+/// what() says what was expected of the file, and where in it something else was found.
+class MeshError : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Reads a Wavefront OBJ file; polygons are cut into triangles. Strict: a number or face that
+/// cannot be read is an error, not left out.
+/// @throws MeshError
+MeshFile readMeshFile(const std::filesystem::path& path, std::size_t most_vertices);
+
+/// Where the file of a scene lies: package://PKG/..., an absolute path, or one relative to the
+/// directory of the scene ("" = there is none). A package is searched for without ROS, in this
+/// order: the folders above the directory and above the current folder, ROS_PACKAGE_PATH, share/ of
+/// CMAKE_PREFIX_PATH, /usr/share.
+/// @throws MeshError
+std::filesystem::path findMeshFile(const std::string& file, const std::string& directory);
+
+}  // namespace mass_spring

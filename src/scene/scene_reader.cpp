@@ -1,0 +1,99 @@
+#include "mass_spring_sim/scene_reader.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "scene/object_reader.h"
+#include "scene/references.h"
+#include "scene/timeline_reader.h"
+#include "scene/tree_reader.h"
+
+namespace mass_spring {
+namespace {
+
+void readFrame(const Place& place, std::string& frame_id) {
+  const std::string expected = "the name of a frame, without leading slash or blanks";
+  if (!place.read(frame_id, expected)) return;
+  const bool blank = std::any_of(frame_id.begin(), frame_id.end(),
+                                 [](unsigned char c) { return c <= ' ' || c == 0x7f; });
+  if (frame_id.empty() || frame_id[0] == '/' || blank) place.refuse(expected);
+}
+
+void readSolver(const Place& place, SolverOptions& solver) {
+  static const NumberRule kTolerance{"", 0.0, 1.0, true};
+  MapReader keys(place, "a map of solver options");
+  std::vector<std::string> scheme_names;
+  for (const SchemeInfo& scheme : schemes()) scheme_names.push_back(scheme.name);
+  std::size_t index = 0;
+  if (keys.optional("scheme").read(index, scheme_names)) solver.scheme = schemes()[index].scheme;
+  keys.optional("substeps").read(solver.substeps, 1, 100000);
+  keys.optional("newton_tolerance").read(solver.newton_tolerance, kTolerance);
+  keys.optional("max_newton_iterations").read(solver.max_newton_iterations, 1, 1000);
+  if (keys.optional("linear_solver").read(index, linearSolverNames())) {
+    solver.linear_solver = static_cast<LinearSolver>(index);
+  }
+  keys.optional("linear_tolerance").read(solver.linear_tolerance, kTolerance);
+  keys.optional("max_linear_iterations").read(solver.max_linear_iterations, 1, 1000000);
+  keys.refuseUnknown();
+}
+
+void readEffects(const Place& place, EffectOptions& effects) {
+  MapReader keys(place, "a map of effects");
+  if (const Place gravity = keys.optional("gravity"); gravity.present()) {
+    effects.gravity.emplace();
+    MapReader options(gravity, "a map with acceleration");
+    options.required("acceleration").read(effects.gravity->acceleration, anyNumber("m/s^2"));
+    options.refuseUnknown();
+  }
+  keys.refuseUnknown();
+}
+
+void readPublish(const Place& place, PublishRates& rates) {
+  static const NumberRule kRate{"Hz, 0 = never", 0.0, 10000.0};
+  MapReader keys(place, "a map of rates");
+  keys.optional("markers").read(rates.markers, kRate);
+  keys.optional("state").read(rates.state, kRate);
+  keys.optional("stats").read(rates.stats, kRate);
+  keys.refuseUnknown();
+}
+
+void readLimits(const Place& place, Limits& limits) {
+  MapReader keys(place, "a map of limits");
+  keys.optional("max_force").read(limits.max_force, positive("N"));
+  keys.refuseUnknown();
+}
+
+}  // namespace
+
+Scene readScene(const Tree& tree, const std::string& directory) {
+  Problems problems;
+  Scene scene;
+  MapReader keys(Place(&tree, "", true, problems), "a map with objects");
+  readFrame(keys.optional("frame_id"), scene.frame_id);
+  keys.optional("rate").read(scene.rate, {"Hz", 1.0, 10000.0});
+  keys.optional("real_time_factor").read(scene.real_time_factor, {"", 0.0, 100.0});
+  keys.optional("start_paused").read(scene.start_paused);
+  readSolver(keys.optional("solver"), scene.solver);
+  ParticleCounts counts;
+  scene.objects = readObjects(keys.required("objects"), directory, counts);
+  const std::size_t problems_before = problems.count();
+  PinLedger ledger;
+  scene.pins = readPins(keys.optional("pins"), counts, ledger);
+  const bool pins_are_good = problems.count() == problems_before;
+  readEffects(keys.optional("effects"), scene.effects);
+  const Place timeline = keys.optional("timeline");
+  readPublish(keys.optional("publish"), scene.publish);
+  readLimits(keys.optional("limits"), scene.limits);
+  scene.timeline = readTimeline(timeline, counts, scene.limits,
+                                pins_are_good ? std::optional(std::move(ledger)) : std::nullopt);
+  keys.refuseUnknown();
+  problems.throwIfAny();
+  return scene;
+}
+
+Scene readSceneFile(const std::string& path) {
+  const auto directory = std::filesystem::path(path).parent_path();
+  return readScene(readYamlFile(path), directory.empty() ? "." : directory.string());
+}
+
+}  // namespace mass_spring
