@@ -1,0 +1,66 @@
+# shellcheck shell=bash
+# What scripts/run and scripts/test share. Sourced by bash, from the root of the repository, with
+# log_dir set to the folder for the output of the stages.
+
+export LC_ALL=C.UTF-8
+# A python3 of another make (pyenv, conda) that comes first on PATH knows nothing of ROS.
+export PATH=/usr/bin:/usr/sbin:/bin:/sbin:$PATH
+export ROS_MASTER_URI=${ROS_MASTER_URI:-http://localhost:11311}
+
+die() {
+  printf '%s\n' "$*" >&2
+  exit 1
+}
+
+# ROS's own setup files read variables that are not set.
+source_setup() {
+  set +u
+  # shellcheck disable=SC1090  # made by the build
+  . "$1"
+  set -u
+}
+
+# stage NAME COMMAND...: one line with the name, the result and the seconds. The output goes to a
+# log file; it is shown when the command fails.
+stage() {
+  local name=$1 log start status=0
+  shift
+  log=$log_dir/${name//[^a-zA-Z0-9]/_}.log
+  mkdir -p "$log_dir"
+  printf '%-46s' "$name"
+  start=$EPOCHREALTIME
+  # Not "if stage_command": a function called in a condition would lose its set -e.
+  set +e
+  (set -e; "$@") >"$log" 2>&1 </dev/null
+  status=$?
+  set -e
+  local seconds
+  seconds=$(elapsed_since "$start")
+  if ((status == 0)); then
+    printf '%-8s%8s s\n' ok "$seconds"
+  else
+    printf '%-8s%8s s\n' FAILED "$seconds"
+    sed 's/^/    /' "$log"
+    printf '    (status %d; all of it in %s)\n' "$status" "$log"
+  fi
+  return "$status"
+}
+
+elapsed_since() {
+  local microseconds=$((${EPOCHREALTIME/./} - ${1/./}))
+  printf '%d.%d' $((microseconds / 1000000)) $((microseconds / 100000 % 10))
+}
+
+# configure_and_build FOLDER TARGETS CMAKE_OPTION...; several targets in one word
+configure_and_build() {
+  local folder=$1 targets
+  read -ra targets <<<"$2"
+  shift 2
+  # A build folder that came along with a copied or moved clone points elsewhere.
+  if [[ -f $folder/CMakeCache.txt ]] &&
+    ! grep -qxF "CMAKE_HOME_DIRECTORY:INTERNAL=$PWD" "$folder/CMakeCache.txt"; then
+    rm -rf "$folder"
+  fi
+  cmake -S . -B "$folder" -DPYTHON_EXECUTABLE=/usr/bin/python3 "$@"
+  cmake --build "$folder" --parallel "$(nproc)" --target "${targets[@]}"
+}

@@ -1,0 +1,91 @@
+#!/usr/bin/python3
+"""Prints what mass_spring_node says of itself: one live line on a terminal, else a line a second.
+
+usage: show_status.py [--node NAME] [--seconds S] [--patience S]
+Ends with status 0 after --seconds of wall time (default: never) since the node was first heard of,
+with status 1 if nothing is heard of it within --patience.
+"""
+
+import argparse
+import sys
+import threading
+import time
+
+import rospy
+from std_msgs.msg import Bool
+
+from mass_spring_sim.msg import SolverStats
+
+INTERVAL_ON_TERMINAL = 0.1  # s
+INTERVAL_IN_LOG = 1.0  # s
+
+
+def status_line(stats):
+    energy = stats.kinetic_energy + stats.elastic_energy + stats.gravity_energy
+    # Padded, because the times vary in length and the live line is overwritten in place.
+    return ('sim time %8.2f s   real-time factor %6.3f   step %7.3f ms (max %7.3f)   energy %11.5g J   %s'
+            % (stats.sim_time, stats.real_time_factor, 1e3 * stats.step_time_median,
+               1e3 * stats.step_time_max, energy, stats.scheme))
+
+
+class Watcher:
+    """Keeps the newest line about the node; wakes whoever waits for it."""
+
+    def __init__(self, node):
+        self.changed = threading.Condition()
+        self.newest = None
+        rospy.Subscriber(node + '/stats', SolverStats, lambda m: self.put(status_line(m)))
+        rospy.Subscriber(node + '/paused', Bool, lambda m: self.put('paused' if m.data else 'runs'))
+
+    def put(self, line):
+        with self.changed:
+            self.newest = line
+            self.changed.notify()
+
+    def next(self, timeout):
+        """The newest line if it has not been handed out yet; None if none comes in timeout [s]."""
+        with self.changed:
+            self.changed.wait_for(lambda: self.newest is not None, timeout)
+            line, self.newest = self.newest, None
+            return line
+
+
+def watch(watcher, seconds, patience):
+    on_terminal = sys.stdout.isatty()
+    interval = INTERVAL_ON_TERMINAL if on_terminal else INTERVAL_IN_LOG
+    launched = time.monotonic()
+    first_heard = None
+    next_print = launched
+    while not rospy.is_shutdown():
+        line = watcher.next(timeout=0.2)
+        now = time.monotonic()
+        if line is not None:
+            first_heard = first_heard or now
+            if now >= next_print:
+                next_print = now + interval
+                # On a terminal the line is written over the one before.
+                print('\r\033[K' + line if on_terminal else line,
+                      end='' if on_terminal else '\n', flush=True)
+        if first_heard is None and now - launched > patience:
+            print('nothing heard of the simulation for %g s' % patience, file=sys.stderr)
+            return 1
+        if first_heard is not None and now - first_heard >= seconds:
+            return 0
+    return 0
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument('--node', default='/mass_spring', help='default: %(default)s')
+    parser.add_argument('--seconds', type=float, default=float('inf'), help='s of wall time')
+    parser.add_argument('--patience', type=float, default=60.0, help='s of wall time')
+    args = parser.parse_args(rospy.myargv()[1:])
+    rospy.init_node('show_status', anonymous=True)
+    status = watch(Watcher(args.node), args.seconds, args.patience)
+    if sys.stdout.isatty():
+        print()
+    return status
+
+
+if __name__ == '__main__':
+    sys.exit(main())
