@@ -1,0 +1,82 @@
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+
+#include "mass_spring_sim/simulation.h"
+#include "problems.h"
+
+// The sanitizers bring an allocator of their own; the count is made in the plain build.
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
+
+namespace {
+std::atomic<long> allocations{0};
+}
+
+extern "C" {
+void* __libc_malloc(std::size_t size);
+void* __libc_calloc(std::size_t count, std::size_t size);
+void* __libc_realloc(void* pointer, std::size_t size);
+
+void* malloc(std::size_t size) {
+  ++allocations;
+  return __libc_malloc(size);
+}
+void* calloc(std::size_t count, std::size_t size) {
+  ++allocations;
+  return __libc_calloc(count, size);
+}
+void* realloc(void* pointer, std::size_t size) {
+  ++allocations;
+  return __libc_realloc(pointer, size);
+}
+}
+
+namespace mass_spring {
+namespace {
+
+Scene sheet(Scheme scheme, LinearSolver solver) {
+  Cloth cloth;
+  cloth.size = Eigen::Vector2d(1.0, 1.0);
+  cloth.resolution = {20, 20};
+  cloth.mass = 0.2;
+  cloth.stiffness = 1000.0;
+  cloth.shear_stiffness = 500.0;
+  cloth.damping = 0.1;
+  Scene scene;
+  scene.rate = 400.0;
+  scene.solver.scheme = scheme;
+  scene.solver.linear_solver = solver;
+  scene.objects.push_back({"sheet", Eigen::Vector4d(1, 1, 1, 1), cloth});
+  scene.effects.gravity = GravityOptions{Eigen::Vector3d(0, 0, -9.81)};
+  pin(scene, {0, 19});
+  return scene;
+}
+
+TEST(Allocations, NoneInAStepAfterTheFirst) {
+  for (const SchemeInfo& scheme : schemes()) {
+    for (LinearSolver solver : {LinearSolver::kConjugateGradient, LinearSolver::kCholesky}) {
+      Simulation simulation(sheet(scheme.scheme, solver));
+      ForceCommand push;
+      push.forces = {Eigen::Vector3d(0, 0.01, 0)};
+      push.duration = -1.0;
+      simulation.apply(push);
+      simulation.step();
+      const long before = allocations;
+      for (int n = 0; n < 10; ++n) simulation.step();
+      EXPECT_EQ(allocations - before, 0) << scheme.name << ", " << name(solver);
+    }
+  }
+}
+
+TEST(Allocations, AreCounted) {
+  const long before = allocations;
+  const Vectors vectors = Vectors::Zero(3, 10);
+  const std::vector<int> numbers(100, 1);
+  EXPECT_GE(allocations - before, 2) << vectors.size() + static_cast<long>(numbers.size());
+}
+
+}  // namespace
+}  // namespace mass_spring
+
+#endif

@@ -1,0 +1,235 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <complex>
+
+#include "mass_spring_sim/measures.h"
+#include "mass_spring_sim/simulation.h"
+#include "problems.h"
+
+// Schemes against answers known in closed form. 1e-12 is room for some hundred roundings of
+// numbers of size 1 (2e-16 each).
+namespace mass_spring {
+namespace {
+
+std::string schemeName(const testing::TestParamInfo<Scheme>& p) { return info(p.param).name; }
+
+class EveryScheme : public testing::TestWithParam<Scheme> {};
+class ImplicitSchemes : public testing::TestWithParam<Scheme> {};
+INSTANTIATE_TEST_SUITE_P(Schemes, EveryScheme,
+                         testing::Values(Scheme::kExplicitEuler, Scheme::kSymplecticEuler,
+                                         Scheme::kLinearImplicitEuler, Scheme::kImplicitEuler),
+                         schemeName);
+INSTANTIATE_TEST_SUITE_P(Schemes, ImplicitSchemes,
+                         testing::Values(Scheme::kLinearImplicitEuler, Scheme::kImplicitEuler),
+                         schemeName);
+
+double displacement(const Simulation& simulation, const Oscillator& oscillator) {
+  return simulation.state().positions(0, 1) - oscillator.rest_length;
+}
+
+// x_n = x0 + n h v0 + g h^2 n(n+1)/2 with the new velocities, n(n-1)/2 with the old ones.
+TEST_P(EveryScheme, FreeFall) {
+  Particles one;
+  one.positions = {Eigen::Vector3d(0.1, 0.2, 0.3)};
+  one.velocities = {Eigen::Vector3d(1.0, -0.5, 2.0)};
+  one.masses = {0.7};
+  Scene scene = netScene(one, GetParam(), 50.0);
+  const Eigen::Vector3d g(0.3, 0.0, -9.81);
+  scene.effects.gravity = GravityOptions{g};
+  Simulation simulation(scene);
+  const double h = 1.0 / 50.0;
+  const double shift = GetParam() == Scheme::kExplicitEuler ? -1.0 : 1.0;
+  for (int n = 1; n <= 40; ++n) {
+    ASSERT_EQ(simulation.step().status, StepStatus::kConverged);
+    const Eigen::Vector3d expected =
+        one.positions[0] + n * h * one.velocities[0] + g * h * h * n * (n + shift) / 2.0;
+    EXPECT_LT((simulation.state().positions.col(0) - expected).norm(), 1e-12);
+  }
+}
+
+// v + i w u is multiplied by a number of modulus 1/sqrt(1 + w^2 h^2) and argument atan(w h).
+TEST_P(ImplicitSchemes, UndampedSpringLosesEnergyAndPhaseAsPredicted) {
+  const Oscillator oscillator;
+  const double rate = 30.0, w = oscillator.angularFrequency();
+  Simulation simulation(oscillator.scene(GetParam(), rate));
+  const double wh = w / rate;
+  const std::complex<double> factor = std::polar(1.0 / std::sqrt(1.0 + wh * wh), std::atan(wh));
+  std::complex<double> before(0.0, w * oscillator.amplitude);
+  double energy_before = energy(simulation.model(), simulation.state()).total();
+  for (int n = 0; n < 60; ++n) {
+    simulation.step();
+    const std::complex<double> after(simulation.state().velocities(0, 1),
+                                     w * displacement(simulation, oscillator));
+    EXPECT_LT(std::abs(after - factor * before), 1e-12);
+    const double energy_after = energy(simulation.model(), simulation.state()).total();
+    EXPECT_LT(std::abs(energy_after * (1.0 + wh * wh) / energy_before - 1.0), 1e-12);
+    before = after;
+    energy_before = energy_after;
+  }
+}
+
+// (1 + 2 z w h + w^2 h^2) u_{n+1} - (2 + 2 z w h) u_n + u_{n-1} = 0
+TEST_P(ImplicitSchemes, DampedSpringFollowsItsRecurrence) {
+  Oscillator oscillator;
+  oscillator.damping = 1.5;
+  const double rate = 30.0;
+  const double wh = oscillator.angularFrequency() / rate;
+  const double zwh = oscillator.dampingRatio() * wh;
+  Simulation simulation(oscillator.scene(GetParam(), rate));
+  simulation.step();
+  // At rest at the start, u_{-1} = u_0.
+  double u0 = oscillator.amplitude, u1 = displacement(simulation, oscillator);
+  EXPECT_LT(std::abs((1 + 2 * zwh + wh * wh) * u1 - (2 + 2 * zwh) * u0 + u0), 1e-12);
+  for (int n = 0; n < 60; ++n) {
+    simulation.step();
+    const double u2 = displacement(simulation, oscillator);
+    EXPECT_LT(std::abs((1 + 2 * zwh + wh * wh) * u2 - (2 + 2 * zwh) * u1 + u0), 1e-12);
+    u0 = u1;
+    u1 = u2;
+  }
+}
+
+// cos(w~ h) = 1 - w^2 h^2 / 2, that is u_{n+1} - (2 - w^2 h^2) u_n + u_{n-1} = 0; and
+// m v^2 / 2 + k u^2 / 2 - h k u v / 2 stays the same.
+TEST(SymplecticEuler, ShiftedFrequencyAndConservedEnergy) {
+  const Oscillator oscillator;
+  const double rate = 30.0, h = 1.0 / rate, w = oscillator.angularFrequency();
+  Simulation simulation(oscillator.scene(Scheme::kSymplecticEuler, rate));
+  const double start = 0.5 * oscillator.stiffness * std::pow(oscillator.amplitude, 2);
+  double u0 = oscillator.amplitude;
+  simulation.step();
+  double u1 = displacement(simulation, oscillator);
+  for (int n = 0; n < 300; ++n) {
+    simulation.step();
+    const double u2 = displacement(simulation, oscillator);
+    const double v2 = simulation.state().velocities(0, 1);
+    EXPECT_LT(std::abs(u2 - (2 - w * w * h * h) * u1 + u0), 1e-12);
+    const double modified =
+        0.5 * oscillator.mass * v2 * v2 + 0.5 * oscillator.stiffness * u2 * (u2 - h * v2);
+    EXPECT_LT(std::abs(modified / start - 1.0), 1e-12);
+    u0 = u1;
+    u1 = u2;
+  }
+}
+
+// Two bodies swing about their centre of mass with w^2 = k / mu, mu = m1 m2 / (m1 + m2).
+TEST(SymplecticEuler, TwoBodiesSwingWithTheReducedMass) {
+  Particles pair;
+  pair.positions = {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(0, 1.2, 0)};
+  pair.velocities = {Eigen::Vector3d(0.1, 0.2, 0.0), Eigen::Vector3d(0.1, 0.2, 0.0)};
+  pair.masses = {0.2, 0.5};
+  pair.springs = {{0, 1}};
+  pair.stiffness = {30.0};
+  pair.rest_lengths = {{1.0}};
+  Simulation simulation(netScene(pair, Scheme::kSymplecticEuler, 40.0));
+  const double h = 1.0 / 40.0, mu = 0.2 * 0.5 / 0.7;
+  const double cosine = 1.0 - 30.0 / mu * h * h / 2.0;
+  const auto stretch = [&] {
+    const Vectors& x = simulation.state().positions;
+    return (x.col(1) - x.col(0)).norm() - 1.0;
+  };
+  const Eigen::Vector3d centre = (0.2 * pair.positions[0] + 0.5 * pair.positions[1]) / 0.7;
+  double u0 = stretch();
+  simulation.step();
+  double u1 = stretch();
+  for (int n = 2; n < 200; ++n) {
+    simulation.step();
+    const double u2 = stretch();
+    EXPECT_LT(std::abs(u2 - 2.0 * cosine * u1 + u0), 1e-12);
+    const Vectors& x = simulation.state().positions;
+    const Eigen::Vector3d now = (0.2 * x.col(0) + 0.5 * x.col(1)) / 0.7;
+    EXPECT_LT((now - centre - n * h * pair.velocities[0]).norm(), 1e-12);
+    u0 = u1;
+    u1 = u2;
+  }
+}
+
+// Spring i of a hanging chain carries the N - i + 1 particles below it.
+TEST_P(ImplicitSchemes, HangingChainStretchesByTheWeightBelow) {
+  const int n = 12;
+  const double mass = 0.05, stiffness = 200.0, g = 9.81, length = 0.1;
+  Particles chain;
+  for (int i = 0; i <= n; ++i) {
+    chain.positions.emplace_back(0, 0, -length * i);
+    chain.masses.push_back(mass);
+    if (i == 0) continue;
+    chain.springs.push_back({static_cast<std::uint32_t>(i - 1), static_cast<std::uint32_t>(i)});
+    chain.stiffness.push_back(stiffness);
+  }
+  Scene scene = netScene(chain, GetParam(), 10.0);
+  pin(scene, {0});
+  scene.effects.gravity = GravityOptions{Eigen::Vector3d(0, 0, -g)};
+  Simulation simulation(scene);
+  // The slowest mode, w = 2 sqrt(k/m) sin(pi / (2 (2n + 1))) = 7.9 rad/s, falls by a factor
+  // sqrt(1 + w^2 h^2) = 1.27 a step: 1.27^-200 is below rounding.
+  for (int step = 0; step < 200; ++step) simulation.step();
+  const Vectors& x = simulation.state().positions;
+  for (int i = 1; i <= n; ++i) {
+    const double expected = length + (n - i + 1) * mass * g / stiffness;
+    // 1e-9: the linear systems are solved to 1e-15, the springs' lengths are differences.
+    EXPECT_NEAR((x.col(i) - x.col(i - 1)).norm(), expected, 1e-9) << "spring " << i;
+  }
+}
+
+// Internal forces are equal and opposite, so every scheme keeps the momentum. 1e-11: rounding
+// of forces some 100 times the momentum, over 100 steps.
+TEST_P(EveryScheme, KeepsLinearMomentum) {
+  Particles net = randomNet(30, 20.0, 0.8, 7);
+  net.velocities.assign(30, Eigen::Vector3d(0.3, -0.2, 0.1));
+  net.damping.emplace(net.springs.size(), 0.01);
+  Simulation simulation(netScene(net, GetParam(), 200.0));
+  const auto momentum = [&] {
+    return Eigen::Vector3d(simulation.state().velocities * simulation.model().masses);
+  };
+  const Eigen::Vector3d start = momentum();
+  for (int step = 0; step < 100; ++step) simulation.step();
+  EXPECT_LT((momentum() - start).norm(), 1e-11 * start.norm());
+  EXPECT_GT(energy(simulation.model(), simulation.state()).elastic, 0.0);
+}
+
+TEST(SymplecticEuler, KeepsAngularMomentum) {
+  Particles net = randomNet(30, 20.0, 0.8, 8);
+  for (const auto& x : net.positions) {
+    net.velocities.push_back(Eigen::Vector3d(0.2, -0.3, 0.5).cross(x));
+  }
+  Simulation simulation(netScene(net, Scheme::kSymplecticEuler, 200.0));
+  const auto angularMomentum = [&] {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (Eigen::Index i = 0; i < 30; ++i) {
+      const Eigen::Vector3d x = simulation.state().positions.col(i);
+      const Eigen::Vector3d v = simulation.state().velocities.col(i);
+      sum += simulation.model().masses[i] * x.cross(v);
+    }
+    return sum;
+  };
+  const Eigen::Vector3d start = angularMomentum();
+  for (int step = 0; step < 100; ++step) simulation.step();
+  // x_{n+1} x v_{n+1} = x_n x v_{n+1}: exact but for rounding, as above.
+  EXPECT_LT((angularMomentum() - start).norm(), 1e-11 * start.norm());
+}
+
+// U_{n+1} + |v_{n+1} - v_n|^2_M / 2 <= U_n + |v_n|^2_M / 2, from a scrambled start with springs
+// far compressed and far stretched, at steps long for the stiffness (w h up to some 60).
+TEST(ImplicitEuler, NeverGainsEnergy) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    Particles net = randomNet(40, 1e4, 1.0, seed);
+    std::swap(net.positions[3], net.positions[30]);
+    std::swap(net.positions[5], net.positions[11]);
+    Simulation simulation(netScene(net, Scheme::kImplicitEuler, 30.0));
+    for (int step = 0; step < 60; ++step) {
+      const State before = simulation.state();
+      const Energy start = energy(simulation.model(), before);
+      ASSERT_NE(simulation.step().status, StepStatus::kFailed);
+      State change = simulation.state();
+      change.velocities -= before.velocities;
+      const double end = energy(simulation.model(), simulation.state()).elastic +
+                         energy(simulation.model(), change).kinetic;
+      // 1e-9: Newton stops at a residual of 1e-6 of a rest length, whose energy is second order.
+      EXPECT_LE(end, start.total() * (1.0 + 1e-9)) << "seed " << seed << ", step " << step;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace mass_spring

@@ -1,0 +1,194 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+
+#include "effects/gravity.h"
+#include "effects/spring_damping.h"
+#include "effects/springs.h"
+#include "mass_spring_sim/model.h"
+#include "problems.h"
+#include "solvers/step_matrix.h"
+
+// Every derivative against central differences. With steps d = 1e-5 of positions of size 1 their
+// error is d^2 = 1e-10 of truncation and 1e-16 / d = 1e-11 of rounding, relative to forces of size
+// k: hence 1e-8 k with room for derivatives that grow near short springs.
+namespace mass_spring {
+namespace {
+
+constexpr double kStep = 1e-5;
+constexpr double kStiffness = 50.0;
+constexpr double kTolerance = 1e-8 * kStiffness;
+
+/// A net with springs in tension (slack < 1) or compression (slack > 1), and moving particles.
+Model netModel(double slack) {
+  Particles net = randomNet(10, kStiffness, slack, 11);
+  net.damping.emplace(net.springs.size(), 3.0);
+  for (const auto& x : net.positions) net.velocities.push_back(x.cwiseProduct(x) - x);
+  Scene scene = netScene(net, Scheme::kImplicitEuler, 100.0);
+  scene.effects.gravity = GravityOptions{Eigen::Vector3d(0.0, 1.0, -9.81)};
+  return buildModel(scene);
+}
+
+template <typename EffectType>
+const Effect& find(const Model& model) {
+  for (const auto& effect : model.effects) {
+    if (dynamic_cast<const EffectType*>(effect.get())) return *effect;
+  }
+  throw std::runtime_error("no such effect");
+}
+
+Vectors forces(const Effect& effect, const Vectors& x, const Vectors& v) {
+  Vectors f = Vectors::Zero(3, x.cols());
+  effect.addForces(x, v, f);
+  return f;
+}
+
+double potential(const Effect& effect, const Vectors& x) {
+  Energy energy;
+  effect.addEnergy(x, energy);
+  return energy.total();
+}
+
+/// alpha_v D + alpha_x K of one effect as a dense matrix. The masses are so heavy that nothing is
+/// projected, and are taken off again.
+Eigen::MatrixXd derivative(const Effect& effect, const Model& model, MatrixWeights weights) {
+  StepMatrix matrix(model.pattern);
+  const double heavy = 1e7;
+  matrix.setMasses(heavy, Eigen::VectorXd::Ones(model.particleCount()));
+  EXPECT_EQ(effect.addDerivatives(model.start.positions, weights, matrix), 0u);
+  const Eigen::Index n = 3 * static_cast<Eigen::Index>(model.particleCount());
+  Eigen::MatrixXd dense(n, n);
+  Vectors unit(3, model.particleCount()), column(3, model.particleCount());
+  for (Eigen::Index c = 0; c < n; ++c) {
+    unit.setZero();
+    unit.data()[c] = 1.0;
+    matrix.multiply(unit, column);
+    dense.col(c) = Eigen::Map<Eigen::VectorXd>(column.data(), n);
+    dense(c, c) -= heavy;
+  }
+  return dense;
+}
+
+template <typename ForceAt>
+Eigen::MatrixXd differences(const Vectors& at, ForceAt force_at) {
+  const Eigen::Index n = at.size();
+  Eigen::MatrixXd dense(n, n);
+  for (Eigen::Index c = 0; c < n; ++c) {
+    Vectors plus = at, minus = at;
+    plus.data()[c] += kStep;
+    minus.data()[c] -= kStep;
+    const Vectors change = force_at(plus) - force_at(minus);
+    dense.col(c) = -Eigen::Map<const Eigen::VectorXd>(change.data(), n) / (2.0 * kStep);
+  }
+  return dense;
+}
+
+TEST(Derivatives, SpringForceIsTheGradientOfItsEnergy) {
+  const Model model = netModel(0.7);
+  const Effect& springs = find<Springs>(model);
+  const Vectors f = forces(springs, model.start.positions, model.start.velocities);
+  ASSERT_GT(f.norm(), 1.0);
+  for (Eigen::Index c = 0; c < f.size(); ++c) {
+    Vectors plus = model.start.positions, minus = plus;
+    plus.data()[c] += kStep;
+    minus.data()[c] -= kStep;
+    EXPECT_NEAR(f.data()[c], (potential(springs, minus) - potential(springs, plus)) / (2 * kStep),
+                kTolerance);
+  }
+}
+
+TEST(Derivatives, GravityForceIsTheGradientOfItsEnergy) {
+  const Model model = netModel(1.0);
+  const Effect& gravity = find<Gravity>(model);
+  const Vectors f = forces(gravity, model.start.positions, model.start.velocities);
+  ASSERT_GT(f.norm(), 0.1);
+  for (Eigen::Index c = 0; c < f.size(); ++c) {
+    Vectors up = model.start.positions;
+    up.data()[c] += 1.0;  // linear: any step is exact but for rounding
+    EXPECT_NEAR(f.data()[c], potential(gravity, model.start.positions) - potential(gravity, up),
+                1e-12);
+  }
+}
+
+TEST(Derivatives, StiffnessMatrixOfSpringsInTension) {
+  const Model model = netModel(0.7);
+  const Effect& springs = find<Springs>(model);
+  const Eigen::MatrixXd k = derivative(springs, model, {0.0, 0.0, 1.0});
+  ASSERT_GT(k.norm(), kStiffness);
+  const Eigen::MatrixXd expected = differences(model.start.positions, [&](const Vectors& x) {
+    return forces(springs, x, model.start.velocities);
+  });
+  EXPECT_LT((k - expected).cwiseAbs().maxCoeff(), kTolerance);
+}
+
+TEST(Derivatives, StiffnessMatrixOfSpringsInCompression) {
+  const Model model = netModel(1.4);
+  const Effect& springs = find<Springs>(model);
+  const Eigen::MatrixXd k = derivative(springs, model, {0.0, 0.0, 1.0});
+  const Eigen::MatrixXd expected = differences(model.start.positions, [&](const Vectors& x) {
+    return forces(springs, x, model.start.velocities);
+  });
+  EXPECT_LT((k - expected).cwiseAbs().maxCoeff(), kTolerance);
+  // Compression makes it indefinite: the case that projection is for.
+  EXPECT_LT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(k).eigenvalues().minCoeff(), -1.0);
+}
+
+TEST(Derivatives, DampingMatrix) {
+  const Model model = netModel(0.7);
+  const Effect& damping = find<SpringDamping>(model);
+  const Eigen::MatrixXd d = derivative(damping, model, {0.0, 1.0, 0.0});
+  ASSERT_GT(d.norm(), 1.0);
+  const Eigen::MatrixXd expected = differences(model.start.velocities, [&](const Vectors& v) {
+    return forces(damping, model.start.positions, v);
+  });
+  EXPECT_LT((d - expected).cwiseAbs().maxCoeff(), kTolerance);
+  // 1e-8: rounding of the heavy masses that were taken off again.
+  EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(d).eigenvalues().minCoeff(), -1e-8);
+}
+
+TEST(Derivatives, DissipationIsHalfThePowerLost) {
+  const Model model = netModel(0.7);
+  const Effect& damping = find<SpringDamping>(model);
+  const Vectors f = forces(damping, model.start.positions, model.start.velocities);
+  const double power = -f.cwiseProduct(model.start.velocities).sum();
+  ASSERT_GT(power, 0.1);
+  // 1e-12: the same sum in another order.
+  EXPECT_NEAR(damping.dissipation(model.start.positions, model.start.velocities), power / 2.0,
+              1e-12 * power);
+}
+
+// max(r, 0) is the nearest positive semidefinite matrix: the negative eigenvalues become 0, the
+// others stay (compared with an eigen-decomposition).
+TEST(Derivatives, ProjectionDropsTheNegativeEigenvalues) {
+  const Eigen::Vector3d d(0.1, -0.2, 0.25);
+  const Eigen::Matrix3d exact = springStiffness(d, 100.0, 0.5, false).dense();
+  const Eigen::Matrix3d projected = springStiffness(d, 100.0, 0.5, true).dense();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(exact);
+  ASSERT_LT(solver.eigenvalues()[0], -10.0);
+  const Eigen::Matrix3d nearest = solver.eigenvectors() *
+                                  solver.eigenvalues().cwiseMax(0.0).asDiagonal() *
+                                  solver.eigenvectors().transpose();
+  EXPECT_LT((projected - nearest).norm(), 1e-12 * 100.0);  // rounding of numbers of size k
+}
+
+// Light particles with compressed springs: projected, and then definite.
+TEST(Derivatives, ProjectionKeepsTheStepMatrixDefinite) {
+  const Model model = netModel(3.0);
+  StepMatrix matrix(model.pattern);
+  matrix.setMasses(1.0, model.masses);
+  EXPECT_GT(find<Springs>(model).addDerivatives(model.start.positions, {1.0, 0.0, 1.0}, matrix),
+            0u);
+  const Eigen::Index n = 3 * static_cast<Eigen::Index>(model.particleCount());
+  Eigen::MatrixXd dense(n, n);
+  Vectors unit(3, model.particleCount()), column(3, model.particleCount());
+  for (Eigen::Index c = 0; c < n; ++c) {
+    unit.setZero();
+    unit.data()[c] = 1.0;
+    matrix.multiply(unit, column);
+    dense.col(c) = Eigen::Map<Eigen::VectorXd>(column.data(), n);
+  }
+  EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(dense).eigenvalues().minCoeff(), 0.0);
+}
+
+}  // namespace
+}  // namespace mass_spring

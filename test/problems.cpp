@@ -1,0 +1,72 @@
+#include "problems.h"
+
+#include <cmath>
+#include <random>
+
+namespace mass_spring {
+
+Scene netScene(Particles particles, Scheme scheme, double rate) {
+  Scene scene;
+  scene.rate = rate;
+  scene.solver.scheme = scheme;
+  particles.velocities.resize(particles.positions.size(), Eigen::Vector3d::Zero());
+  Object object;
+  object.name = "net";
+  object.shape = std::move(particles);
+  scene.objects.push_back(std::move(object));
+  return scene;
+}
+
+void pin(Scene& scene, std::vector<std::uint32_t> particles) {
+  scene.pins.push_back({"hold", scene.objects[0].name, std::move(particles)});
+}
+
+double Oscillator::angularFrequency() const { return std::sqrt(stiffness / mass); }
+
+double Oscillator::dampingRatio() const { return damping / (2.0 * std::sqrt(stiffness * mass)); }
+
+double Oscillator::displacement(double time) const {
+  const double decay = dampingRatio() * angularFrequency();
+  const double w = angularFrequency() * std::sqrt(1.0 - dampingRatio() * dampingRatio());
+  return amplitude * std::exp(-decay * time) *
+         (std::cos(w * time) + decay / w * std::sin(w * time));
+}
+
+Scene Oscillator::scene(Scheme scheme, double rate) const {
+  Particles net;
+  net.positions = {Eigen::Vector3d::Zero(), Eigen::Vector3d(rest_length + amplitude, 0, 0)};
+  net.masses = {1.0, mass};
+  net.springs = {{0, 1}};
+  net.stiffness = {stiffness};
+  if (damping > 0.0) net.damping = {{damping}};
+  net.rest_lengths = {{rest_length}};
+  Scene scene = netScene(std::move(net), scheme, rate);
+  pin(scene, {0});
+  return scene;
+}
+
+Particles randomNet(int n, double stiffness, double slack, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  Particles net;
+  for (int i = 0; i < n; ++i) {
+    const double x = unit(random), y = unit(random), z = unit(random);
+    net.positions.emplace_back(x, y, z);
+    net.masses.push_back(0.01 + 0.02 * unit(random));
+  }
+  const auto join = [&](int i, int j) {
+    if (i == j) return;
+    net.springs.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j)});
+    net.stiffness.push_back(stiffness * (0.5 + unit(random)));
+  };
+  for (int i = 1; i < n; ++i) join(i, static_cast<int>(unit(random) * i));
+  for (int k = 0; k < n; ++k)
+    join(static_cast<int>(unit(random) * n), static_cast<int>(unit(random) * n));
+  net.rest_lengths.emplace();
+  for (const auto& s : net.springs) {
+    net.rest_lengths->push_back(slack * (net.positions[s[0]] - net.positions[s[1]]).norm());
+  }
+  return net;
+}
+
+}  // namespace mass_spring

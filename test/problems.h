@@ -1,0 +1,35 @@
+#pragma once
+
+#include <vector>
+
+#include "mass_spring_sim/scene.h"
+
+namespace mass_spring {
+
+/// Problems whose answers are known, shared by the tests.
+
+/// A vacuum scene of one object "net" with the given solver; no pins, no gravity.
+Scene netScene(Particles particles, Scheme scheme, double rate);
+
+/// One mass on a spring along x, its other end (particle 0, at the origin) pinned.
+struct Oscillator {
+  double mass = 0.3;         // kg
+  double stiffness = 40.0;   // N/m
+  double damping = 0.0;      // N s/m
+  double rest_length = 1.0;  // m
+  double amplitude = 0.25;   // m, displacement of particle 1 at the start, at rest
+
+  double angularFrequency() const;  // rad/s
+  double dampingRatio() const;
+  double displacement(double time) const;  // the exact solution, m; underdamped
+  Scene scene(Scheme scheme, double rate) const;
+};
+
+/// A seeded random net of n particles in a box of 1 m: a random spanning tree and as many springs
+/// again, masses 0.01 to 0.03 kg, rest lengths `slack` times the distances at the start.
+Particles randomNet(int n, double stiffness, double slack, unsigned seed);
+
+/// The first pin of a scene: the given particles of its first object.
+void pin(Scene& scene, std::vector<std::uint32_t> particles);
+
+}  // namespace mass_spring

@@ -1,0 +1,242 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <random>
+
+#include "problems.h"
+#include "solvers/incomplete_cholesky.h"
+#include "solvers/linear_system.h"
+
+namespace mass_spring {
+namespace {
+
+/// A positive definite matrix on a random graph of n particles, and the same one dense.
+struct RandomSystem {
+  std::shared_ptr<const BlockPattern> pattern;
+  StepMatrix matrix;
+  Eigen::MatrixXd dense;
+  Vectors b;
+
+  explicit RandomSystem(const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs,
+                        std::uint32_t n, double stiffness = 100.0)
+      : pattern(makePattern(pairs, n)), matrix(pattern), dense(3 * n, 3 * n), b(3, n) {
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> unit(-1.0, 1.0);
+    matrix.setMasses(1.0, Eigen::VectorXd::Constant(n, 0.5));
+    dense.setZero();
+    dense.diagonal().setConstant(0.5);
+    for (const auto& [i, j] : pairs) {
+      const Eigen::Vector3d d(unit(random), unit(random), unit(random));
+      const SymmetricBlock block =
+          SymmetricBlock::axial(d.normalized(), stiffness, 0.3 * stiffness);
+      matrix.addElement(i, j, pattern->slot(i, j), block);
+      const Eigen::Matrix3d s = block.dense();
+      dense.block<3, 3>(3 * i, 3 * i) += s;
+      dense.block<3, 3>(3 * j, 3 * j) += s;
+      dense.block<3, 3>(3 * i, 3 * j) -= s;
+      dense.block<3, 3>(3 * j, 3 * i) -= s;
+    }
+    for (Eigen::Index k = 0; k < b.size(); ++k) b.data()[k] = unit(random);
+  }
+
+  static std::shared_ptr<const BlockPattern> makePattern(
+      const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs, std::uint32_t n) {
+    PatternBuilder builder;
+    for (const auto& [i, j] : pairs) builder.couple(j, i);
+    return std::make_shared<BlockPattern>(n, std::move(builder));
+  }
+
+  Vectors solution() const {
+    const Eigen::VectorXd x =
+        dense.ldlt().solve(Eigen::Map<const Eigen::VectorXd>(b.data(), b.size()));
+    return Eigen::Map<const Vectors>(x.data(), 3, b.cols());
+  }
+};
+
+using Pairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
+
+Pairs randomGraph(std::uint32_t n) {
+  Pairs pairs;
+  for (const auto& s : randomNet(static_cast<int>(n), 1.0, 1.0, 4).springs) {
+    pairs.emplace_back(s[0], s[1]);
+  }
+  return pairs;
+}
+
+Pairs chain(std::uint32_t n) {
+  Pairs pairs;
+  for (std::uint32_t i = 1; i < n; ++i) pairs.emplace_back(i, i - 1);
+  return pairs;
+}
+
+SolverOptions with(LinearSolver solver) {
+  SolverOptions options;
+  options.linear_solver = solver;
+  return options;
+}
+
+TEST(BlockPattern, StoresEachPairOnce) {
+  const auto pattern = RandomSystem::makePattern({{0, 1}, {1, 0}, {0, 1}, {2, 1}}, 4);
+  EXPECT_EQ(pattern->blocks(), 2u);
+  EXPECT_EQ(pattern->slot(1, 0), pattern->slot(0, 1));
+  EXPECT_NE(pattern->slot(1, 2), pattern->slot(0, 1));
+  EXPECT_EQ(pattern->nonzeros(), 9u * (4 + 2 * 2));
+}
+
+TEST(StepMatrix, MultipliesLikeItsDenseForm) {
+  const RandomSystem s(randomGraph(25), 25);
+  Vectors y(3, 25);
+  s.matrix.multiply(s.b, y);
+  const Eigen::VectorXd expected =
+      s.dense * Eigen::Map<const Eigen::VectorXd>(s.b.data(), s.b.size());
+  // 1e-13: rounding of sums of some 30 products of size 100.
+  EXPECT_LT((Eigen::Map<const Eigen::VectorXd>(y.data(), y.size()) - expected).norm(),
+            1e-13 * expected.norm());
+}
+
+TEST(StepMatrix, DecouplingLeavesTheFreeParticlesSystem) {
+  RandomSystem s(randomGraph(12), 12);
+  std::vector<char> pinned(12, 0);
+  pinned[3] = pinned[7] = 1;
+  s.matrix.decouple(pinned);
+  Vectors x = Vectors::Zero(3, 12), y(3, 12);
+  x.col(3).setConstant(5.0);
+  s.matrix.multiply(x, y);
+  for (Eigen::Index i = 0; i < 12; ++i) {
+    EXPECT_EQ(y.col(i).norm() > 0.0, i == 3) << i;
+  }
+}
+
+TEST(SparseCholesky, SolvesRandomGraphs) {
+  for (std::uint32_t n : {1u, 2u, 5u, 40u}) {
+    const RandomSystem s(randomGraph(n), n);
+    SparseCholesky cholesky(s.pattern);
+    ASSERT_TRUE(cholesky.factorize(s.matrix));
+    Vectors x(3, n);
+    cholesky.solve(s.b, x);
+    // 1e-11: rounding times a condition number of some 1e3.
+    EXPECT_LT((x - s.solution()).norm(), 1e-11 * x.norm()) << n;
+  }
+}
+
+// A chain factorises without fill: each row but the last updates one pivot.
+TEST(SparseCholesky, NeedsLinearWorkForAChain) {
+  for (std::uint32_t n : {10u, 100u, 1000u}) {
+    const SparseCholesky cholesky(RandomSystem::makePattern(chain(n), n));
+    EXPECT_EQ(cholesky.blockProducts(), n - 1);
+  }
+}
+
+TEST(SparseCholesky, RefusesAnIndefiniteMatrixAndRecovers) {
+  RandomSystem s(randomGraph(20), 20);
+  const StepMatrix good = s.matrix;
+  const std::uint32_t other = s.pattern->column(s.pattern->rowStart(4));
+  s.matrix.addElement(4, other, s.pattern->slot(4, other), SymmetricBlock::isotropic(-1e4));
+  SparseCholesky cholesky(s.pattern);
+  EXPECT_FALSE(cholesky.factorize(s.matrix));
+  ASSERT_TRUE(cholesky.factorize(good));
+  Vectors x(3, 20);
+  cholesky.solve(s.b, x);
+  EXPECT_LT((x - s.solution()).norm(), 1e-11 * x.norm());
+}
+
+// Without fill the incomplete factor is complete: conjugate gradients end after one iteration.
+TEST(IncompleteCholesky, IsExactForAChain) {
+  const RandomSystem s(chain(30), 30);
+  ConjugateGradient solver(s.pattern);
+  Vectors x = Vectors::Zero(3, 30);
+  const LinearResult result = solver.solve(s.matrix, s.b, 1e-10, 10, x);
+  EXPECT_TRUE(result.converged);
+  EXPECT_EQ(result.iterations, 1u);
+}
+
+TEST(ConjugateGradient, ReachesItsToleranceAndSaysSo) {
+  const RandomSystem s(randomGraph(60), 60);
+  ConjugateGradient solver(s.pattern);
+  Vectors x = Vectors::Zero(3, 60);
+  const LinearResult result = solver.solve(s.matrix, s.b, 1e-9, 500, x);
+  ASSERT_TRUE(result.converged);
+  EXPECT_GT(result.iterations, 3u);
+  Vectors y(3, 60);
+  s.matrix.multiply(x, y);
+  // The residual is updated, not recomputed: rounding lets the two drift apart a little.
+  EXPECT_LT((s.b - y).norm(), 1.01e-9 * s.b.norm());
+}
+
+TEST(ConjugateGradient, StartsFromWhatItIsGiven) {
+  const RandomSystem s(randomGraph(60), 60);
+  ConjugateGradient solver(s.pattern);
+  Vectors x = s.solution();
+  EXPECT_EQ(solver.solve(s.matrix, s.b, 1e-9, 500, x).iterations, 0u);
+}
+
+TEST(ConjugateGradient, ReportsThatItWasStoppedEarly) {
+  const RandomSystem s(randomGraph(60), 60);
+  ConjugateGradient solver(s.pattern);
+  Vectors x = Vectors::Zero(3, 60);
+  const LinearResult result = solver.solve(s.matrix, s.b, 1e-9, 2, x);
+  EXPECT_FALSE(result.converged);
+  EXPECT_EQ(result.iterations, 2u);
+  EXPECT_GT(result.residual, 1e-9);
+}
+
+TEST(LinearSystem, ZeroRightHandSideNeedsNoWork) {
+  const RandomSystem s(randomGraph(20), 20);
+  for (LinearSolver solver : {LinearSolver::kConjugateGradient, LinearSolver::kCholesky}) {
+    LinearSystem system(s.pattern, with(solver));
+    Vectors x = s.b;
+    const LinearSystem::Result result = system.solve(s.matrix, Vectors::Zero(3, 20), x);
+    EXPECT_TRUE(result.converged);
+    EXPECT_EQ(result.iterations + result.factorizations, 0u);
+    EXPECT_EQ(x.norm(), 0.0);
+  }
+}
+
+TEST(LinearSystem, AutoSolvesAChainDirectly) {
+  EXPECT_TRUE(
+      LinearSystem(RandomSystem::makePattern(chain(10000), 10000), with(LinearSolver::kAuto))
+          .direct());
+}
+
+TEST(LinearSystem, AutoFallsBackToTheDirectFactor) {
+  // A grid large enough for conjugate gradients, which are then allowed a single iteration.
+  Pairs grid;
+  const std::uint32_t n = 60;
+  for (std::uint32_t row = 0; row < n; ++row) {
+    for (std::uint32_t column = 0; column < n; ++column) {
+      const std::uint32_t i = row * n + column;
+      for (std::uint32_t reach = 1; reach <= 2; ++reach) {
+        if (column + reach < n) grid.emplace_back(i, i + reach);
+        if (row + reach < n) grid.emplace_back(i, i + reach * n);
+      }
+      if (column + 1 < n && row + 1 < n) {
+        grid.emplace_back(i, i + n + 1);
+        grid.emplace_back(i + 1, i + n);
+      }
+    }
+  }
+  const auto pattern = RandomSystem::makePattern(grid, n * n);
+  StepMatrix matrix(pattern);
+  matrix.setMasses(1.0, Eigen::VectorXd::Constant(n * n, 0.01));
+  for (const auto& [i, j] : grid) {
+    matrix.addElement(i, j, pattern->slot(i, j), SymmetricBlock::isotropic(10.0));
+  }
+  SolverOptions options = with(LinearSolver::kAuto);
+  options.max_linear_iterations = 1;
+  LinearSystem system(pattern, options);
+  ASSERT_FALSE(system.direct());
+  const Vectors b = Vectors::Random(3, n * n);
+  Vectors x = Vectors::Zero(3, n * n), y(3, n * n);
+  const LinearSystem::Result result = system.solve(matrix, b, x);
+  EXPECT_TRUE(result.converged);
+  EXPECT_EQ(result.factorizations, 1u);
+  matrix.multiply(x, y);
+  EXPECT_LT((b - y).norm(), 1e-6 * b.norm());  // the tolerance of the options
+
+  options.linear_solver = LinearSolver::kConjugateGradient;
+  x.setZero();
+  EXPECT_FALSE(LinearSystem(pattern, options).solve(matrix, b, x).converged);
+}
+
+}  // namespace
+}  // namespace mass_spring
