@@ -1,0 +1,105 @@
+#include "commands.h"
+
+#include <mass_spring_sim/AppliedCommand.h>
+
+#include <utility>
+
+#include "topics.h"
+
+namespace mass_spring {
+
+namespace {
+
+const std::string kTimeline = "timeline";
+
+// roscpp drops the oldest message of a full queue without a word. Its queue is therefore without
+// bound, and that of the loop refuses what is too much.
+constexpr std::uint32_t kUnbounded = 0;
+
+mass_spring_sim::AppliedCommand received(const mass_spring_sim::ForceCommand& message) {
+  mass_spring_sim::AppliedCommand applied;
+  applied.kind = mass_spring_sim::AppliedCommand::FORCE;
+  applied.force = message;
+  return applied;
+}
+
+mass_spring_sim::AppliedCommand received(const mass_spring_sim::PinCommand& message) {
+  mass_spring_sim::AppliedCommand applied;
+  applied.kind = mass_spring_sim::AppliedCommand::PIN;
+  applied.pin = message;
+  return applied;
+}
+
+}  // namespace
+
+Commands::Commands(ros::NodeHandle nh, Simulation& simulation, PhysicsLoop& loop,
+                   Publishers& publishers)
+    : frame_id_(simulation.scene().frame_id),
+      loop_(loop),
+      publishers_(publishers),
+      listener_(buffer_),
+      force_(nh.subscribe(topics::kForce, kUnbounded, &Commands::onForce, this)),
+      pin_(nh.subscribe(topics::kPin, kUnbounded, &Commands::onPin, this)) {
+  simulation.observeTimeline(
+      [&simulation, &publishers](const Command& command, const CommandResult& result) {
+        if (!result.accepted()) {
+          publishers.rejected(kTimeline, kTimeline, result);
+          return;
+        }
+        mass_spring_sim::AppliedCommand message = toMessage(command);
+        message.sender = kTimeline;
+        message.step = simulation.state().step + 1;
+        publishers.applied(std::move(message));
+      });
+}
+
+void Commands::onForce(const ros::MessageEvent<const mass_spring_sim::ForceCommand>& event) {
+  receive<ForceCommand>(event, force_.getTopic());
+}
+
+void Commands::onPin(const ros::MessageEvent<const mass_spring_sim::PinCommand>& event) {
+  receive<PinCommand>(event, pin_.getTopic());
+}
+
+template <class CoreCommand, class Message>
+void Commands::receive(const ros::MessageEvent<const Message>& event, const std::string& topic) {
+  const auto message = event.getMessage();
+  const std::string sender = event.getPublisherName();
+  CoreCommand command;
+  const CommandResult translated = toCommand(
+      *message, [this](const std::string& frame_id) { return frame(frame_id); }, command);
+  if (!translated.accepted()) {
+    publishers_.rejected(topic, sender, translated);
+    return;
+  }
+  const auto answer = [this, topic, sender, message](const CommandResult& result,
+                                                     std::uint64_t step) {
+    if (!result.accepted()) {
+      publishers_.rejected(topic, sender, result);
+      return;
+    }
+    mass_spring_sim::AppliedCommand applied = received(*message);
+    applied.sender = sender;
+    applied.step = step;
+    publishers_.applied(std::move(applied));
+  };
+  if (!loop_.offer(std::move(command), answer)) {
+    publishers_.rejected(topic, sender,
+                         {Refusal::kLimit, "more than " + std::to_string(CommandQueue::kCapacity) +
+                                               " commands wait for the next step"});
+  }
+}
+
+Eigen::Isometry3d Commands::frame(const std::string& frame_id) const {
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  if (frame_id.empty() || frame_id == frame_id_) return pose;
+  const geometry_msgs::Transform transform =
+      buffer_.lookupTransform(frame_id_, frame_id, ros::Time(0)).transform;
+  pose.translate(
+      Eigen::Vector3d(transform.translation.x, transform.translation.y, transform.translation.z));
+  pose.rotate(Eigen::Quaterniond(transform.rotation.w, transform.rotation.x, transform.rotation.y,
+                                 transform.rotation.z));
+  return pose;
+}
+
+}  // namespace mass_spring

@@ -1,0 +1,193 @@
+#include "physics_loop.h"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+namespace mass_spring {
+
+namespace {
+
+using Seconds = std::chrono::duration<double>;
+
+// After a hiccup, as many steps follow each other without a pause; what is left is never caught up.
+constexpr int kMaxCatchUp = 5;
+
+// How long the loop sleeps at most, so that /clock is repeated.
+constexpr std::chrono::milliseconds kMaxSleep(100);
+
+}  // namespace
+
+PhysicsLoop::PhysicsLoop(Simulation& simulation, Clock& clock, Publishers& publishers)
+    : simulation_(simulation),
+      clock_(clock),
+      publishers_(publishers),
+      factor_(simulation.scene().real_time_factor),
+      period_(factor_ == 0.0 ? Steady::duration::zero()
+                             : std::chrono::duration_cast<Steady::duration>(
+                                   Seconds(simulation.stepSize() / factor_))),
+      paused_(simulation.scene().start_paused),
+      meter_(simulation.stepSize()),
+      ended_(ended_promise_.get_future()) {}
+
+PhysicsLoop::~PhysicsLoop() {
+  queue_.close();
+  if (thread_.joinable()) thread_.join();
+}
+
+void PhysicsLoop::start() {
+  publishers_.started();
+  publishers_.paused(paused_);
+  thread_ = std::thread([this] {
+    run();
+    ended_promise_.set_value();
+  });
+}
+
+bool PhysicsLoop::stop(std::chrono::milliseconds patience) {
+  queue_.close();
+  return ended_.wait_for(patience) == std::future_status::ready;
+}
+
+bool PhysicsLoop::offer(Command command, Answer answer) {
+  return queue_.offer([this, command = std::move(command), answer = std::move(answer)] {
+    const CommandResult result = simulation_.apply(command);
+    if (result.accepted()) redraw_ = true;
+    answer(result, simulation_.state().step + 1);
+  });
+}
+
+/// The result travels by value: a service that gives up waiting leaves nothing dangling behind.
+template <class Function>
+auto PhysicsLoop::ask(Function function) -> std::future<decltype(function())> {
+  using Result = decltype(function());
+  auto task = std::make_shared<std::packaged_task<Result()>>(std::move(function));
+  queue_.post([task] { (*task)(); });
+  return task->get_future();
+}
+
+std::future<PhysicsLoop::StepOutcome> PhysicsLoop::step(std::uint32_t steps) {
+  auto promise = std::make_shared<std::promise<StepOutcome>>();
+  auto outcome = promise->get_future();  // the loop may move the promise away at once
+  queue_.post([this, steps, promise] {
+    finishRequest(false, "interrupted by another call");
+    if (paused_) meter_.start(Steady::now());
+    request_ = StepRequest{steps, 0, std::move(*promise)};
+    if (!paused_) {
+      finishRequest(false, "the simulation is running; pause it first");
+    } else if (steps == 0) {
+      finishRequest(true, "");
+    }
+  });
+  return outcome;
+}
+
+std::future<bool> PhysicsLoop::setPaused(bool paused) {
+  return ask([this, paused] {
+    const bool change = paused != paused_;
+    if (change) changePaused(paused);
+    return change;
+  });
+}
+
+std::future<void> PhysicsLoop::reset() {
+  return ask([this] {
+    finishRequest(false, "interrupted by a reset");
+    simulation_.reset();
+    clock_.restart();
+    synchronise();
+    publishers_.started();
+  });
+}
+
+std::future<std::uint32_t> PhysicsLoop::clearForces() {
+  return ask([this] {
+    const std::uint32_t count = simulation_.activeForces();
+    simulation_.clearForces();
+    return count;
+  });
+}
+
+std::future<std::uint32_t> PhysicsLoop::clearPins() {
+  return ask([this] {
+    const auto count = static_cast<std::uint32_t>(simulation_.pins().all().size());
+    simulation_.clearPins();
+    redraw_ = true;
+    return count;
+  });
+}
+
+void PhysicsLoop::redraw() {
+  queue_.post([this] { publishers_.redraw(true); });
+}
+
+void PhysicsLoop::run() {
+  synchronise();
+  while (!queue_.closed()) {
+    for (CommandQueue::Task& task : queue_.take()) task();
+    if (stepDue()) {
+      advance();
+      continue;
+    }
+    if (std::exchange(redraw_, false) && paused_) publishers_.redraw(false);
+    clock_.repeat();
+    const Steady::time_point longest = Steady::now() + kMaxSleep;
+    queue_.wait(paused_ ? longest : std::min(deadline_, longest));
+  }
+}
+
+bool PhysicsLoop::stepDue() const {
+  if (paused_) return request_.has_value();
+  return period_ == Steady::duration::zero() || Steady::now() >= deadline_;
+}
+
+void PhysicsLoop::advance() {
+  const Steady::time_point begin = Steady::now();
+  const StepReport report = simulation_.step();
+  const Steady::time_point end = Steady::now();
+  if (report.status == StepStatus::kFailed) {
+    ROS_ERROR_STREAM("The simulation is paused, as step " << simulation_.state().step + 1
+                                                          << " failed: " << report.message);
+    changePaused(true);
+    finishRequest(false, report.message);
+    return;
+  }
+  if (report.status == StepStatus::kDegraded && degraded_throttle_.ready()) {
+    ROS_WARN_STREAM("Step " << simulation_.state().step << ": " << report.message);
+  }
+  clock_.advance(simulation_.state().time);
+  meter_.add(end, Seconds(end - begin).count());
+  if (period_ > Steady::duration::zero() && end - begin > period_) ++overruns_;
+  deadline_ = std::max(deadline_ + period_, end - kMaxCatchUp * period_);
+  publishers_.stepped(report, meter_.figures(end), overruns_);
+  if (request_ && ++request_->done == request_->steps) finishRequest(true, "");
+}
+
+void PhysicsLoop::synchronise() {
+  const Steady::time_point now = Steady::now();
+  deadline_ = now + period_;
+  meter_.start(now);
+}
+
+void PhysicsLoop::changePaused(bool paused) {
+  paused_ = paused;
+  publishers_.paused(paused);
+  if (paused) {
+    redraw_ = true;
+  } else {
+    finishRequest(false, "interrupted, as the simulation was set running");
+    synchronise();
+  }
+}
+
+void PhysicsLoop::finishRequest(bool success, const std::string& message) {
+  if (!request_) return;
+  const std::string progress = " (" + std::to_string(request_->done) + " of " +
+                               std::to_string(request_->steps) + " steps done)";
+  request_->outcome.set_value({success, success ? message : message + progress,
+                               simulation_.state().step, simulation_.state().time});
+  request_.reset();
+  redraw_ = true;
+}
+
+}  // namespace mass_spring

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <future>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "clock.h"
+#include "command_queue.h"
+#include "mass_spring_sim/simulation.h"
+#include "publishers.h"
+#include "step_meter.h"
+#include "throttle.h"
+
+namespace mass_spring {
+
+/// Steps a simulation on a thread of its own, paced by the steady clock: ros::Timer and ros::Rate
+/// would wait for the very /clock that the steps make. Between two steps, what other threads have
+/// asked for is done in order of arrival, and at once while no step is due.
+class PhysicsLoop {
+ public:
+  PhysicsLoop(Simulation& simulation, Clock& clock, Publishers& publishers);
+  /// Waits for the step at hand.
+  ~PhysicsLoop();
+
+  void start();
+  /// Asks the loop to end. @return false if the step at hand takes longer than patience
+  bool stop(std::chrono::milliseconds patience);
+
+  /// What became of a command. Called on the thread that steps.
+  /// @param step  the first step that the command acts on
+  using Answer = std::function<void(const CommandResult&, std::uint64_t step)>;
+  /// @return false if too many commands are waiting already
+  bool offer(Command command, Answer answer);
+
+  // For services. The future is broken (std::future_error) if the loop ends first.
+
+  struct StepOutcome {
+    bool success;
+    std::string message;  ///< why not
+    std::uint64_t step;   ///< afterwards
+    double time;          ///< s, afterwards
+  };
+  /// Takes steps while paused, unpaced.
+  std::future<StepOutcome> step(std::uint32_t steps);
+  /// @return whether that was a change
+  std::future<bool> setPaused(bool paused);
+  std::future<void> reset();
+  /// @return how many there were
+  std::future<std::uint32_t> clearForces();
+  std::future<std::uint32_t> clearPins();
+
+  /// For viewers that have just come.
+  void redraw();
+
+ private:
+  using Steady = std::chrono::steady_clock;
+  struct StepRequest {
+    std::uint32_t steps, done;
+    std::promise<StepOutcome> outcome;
+  };
+
+  template <class Function>
+  auto ask(Function function) -> std::future<decltype(function())>;
+  void run();
+  bool stepDue() const;
+  void advance();
+  /// From now on in step with wall time.
+  void synchronise();
+  void changePaused(bool paused);
+  void finishRequest(bool success, const std::string& message);
+
+  Simulation& simulation_;
+  Clock& clock_;
+  Publishers& publishers_;
+  const double factor_;            ///< real-time factor; 0 = not paced
+  const Steady::duration period_;  ///< wall time per step; 0 = not paced
+  CommandQueue queue_;
+
+  // Of the thread that steps.
+  bool paused_;
+  bool redraw_ = false;  ///< what viewers see is out of date
+  std::optional<StepRequest> request_;
+  Steady::time_point deadline_;  ///< of the next step
+  StepMeter meter_;
+  std::uint64_t overruns_ = 0;
+  Throttle degraded_throttle_;
+
+  std::thread thread_;
+  std::promise<void> ended_promise_;
+  std::future<void> ended_;
+};
+
+}  // namespace mass_spring

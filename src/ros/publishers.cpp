@@ -1,0 +1,205 @@
+#include "publishers.h"
+
+#include <mass_spring_sim/ParticleStates.h>
+#include <mass_spring_sim/RejectedCommand.h>
+#include <mass_spring_sim/SolverStats.h>
+#include <mass_spring_sim/Topology.h>
+#include <std_msgs/Bool.h>
+#include <std_msgs/String.h>
+#include <visualization_msgs/MarkerArray.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "conversions.h"
+#include "mass_spring_sim/measures.h"
+#include "mass_spring_sim/scene_reader.h"
+#include "topics.h"
+
+namespace mass_spring {
+
+namespace {
+
+/// States that may wait to be published or sent: 64 MB of them, yet not fewer than 100.
+std::size_t maxStates(std::uint32_t particles) {
+  const std::size_t bytes = std::size_t{particles} * 6 * sizeof(double);
+  return std::clamp<std::size_t>((std::size_t{64} << 20) / bytes, 100, 10000);
+}
+
+/// A fast simulation shows its markers twice as often as asked for in wall time, not more.
+double markersPerWallSecond(const Scene& scene) {
+  const double factor = scene.real_time_factor;
+  return scene.publish.markers * (factor == 0.0 ? 2.0 : std::clamp(factor, 1.0, 2.0));
+}
+
+}  // namespace
+
+struct Publishers::Snapshot {
+  ros::Time stamp;
+  State state;
+  std::vector<char> pinned;            ///< per particle
+  mass_spring_sim::SolverStats stats;  ///< but for energies and what is measured on the state
+};
+
+Publishers::Publishers(ros::NodeHandle& nh, const Simulation& simulation, const Clock& clock,
+                       std::function<void()> on_viewer)
+    : simulation_(simulation),
+      clock_(clock),
+      markers_(simulation.model(), simulation.scene().frame_id,
+               markersPerWallSecond(simulation.scene())),
+      thread_(maxStates(simulation.model().particleCount())) {
+  const std::size_t max_states = maxStates(simulation.model().particleCount());
+  markers_publisher_ = nh.advertise<visualization_msgs::MarkerArray>(
+      topics::kMarkers, 1, [on_viewer](const ros::SingleSubscriberPublisher&) { on_viewer(); });
+  state_publisher_ = nh.advertise<mass_spring_sim::ParticleStates>(topics::kState, max_states);
+  topology_publisher_ = nh.advertise<mass_spring_sim::Topology>(topics::kTopology, 1, true);
+  stats_publisher_ = nh.advertise<mass_spring_sim::SolverStats>(topics::kStats, 100);
+  applied_publisher_ = nh.advertise<mass_spring_sim::AppliedCommand>(topics::kApplied, 10000);
+  rejected_publisher_ = nh.advertise<mass_spring_sim::RejectedCommand>(topics::kRejected, 10000);
+  paused_publisher_ = nh.advertise<std_msgs::Bool>(topics::kPaused, 10, true);
+  scene_publisher_ = nh.advertise<std_msgs::String>(topics::kScene, 1, true);
+  std_msgs::String scene;
+  scene.data = toYaml(simulation.scene());
+  scene_publisher_.publish(scene);
+}
+
+void Publishers::started() {
+  const ros::Time stamp = clock_.stamp();
+  thread_.post(PublishingThread::kEvents, [this, stamp] {
+    mass_spring_sim::Topology topology = toMessage(simulation_.model());
+    topology.header = header(stamp);
+    topology_publisher_.publish(topology);
+  });
+  if (simulation_.scene().publish.state > 0.0 && state_publisher_.getNumSubscribers() > 0) {
+    thread_.post(PublishingThread::kState, [this, s = snapshot()] { publishState(*s); });
+  }
+  redraw(true);
+}
+
+void Publishers::stepped(const StepReport& report, const StepMeter::Figures& figures,
+                         std::uint64_t overruns) {
+  const PublishRates& rates = simulation_.scene().publish;
+  const bool state = due(rates.state) && state_publisher_.getNumSubscribers() > 0;
+  const bool stats = due(rates.stats) && stats_publisher_.getNumSubscribers() > 0;
+  const auto now = std::chrono::steady_clock::now();
+  const bool markers =
+      due(rates.markers) && now >= next_markers_ && markers_publisher_.getNumSubscribers() > 0;
+  if (!state && !stats && !markers) return;
+
+  const std::shared_ptr<Snapshot> s = snapshot();
+  if (state) thread_.post(PublishingThread::kState, [this, s] { publishState(*s); });
+  if (stats) {
+    mass_spring_sim::SolverStats& message = s->stats;
+    message.real_time_factor = figures.real_time_factor;
+    message.step_time_median = figures.median;
+    message.step_time_max = figures.max;
+    message.overruns = overruns;
+    message.scheme = info(simulation_.scene().solver.scheme).name;
+    message.substeps = report.substeps;
+    message.newton_iterations = report.newton_iterations;
+    message.linear_iterations = report.linear_iterations;
+    message.residual = report.residual;
+    message.estimated_error = -1.0;  // no scheme of this version has an estimate
+    message.unconverged_steps = simulation_.totals().unconverged_steps;
+    message.rejected_steps = simulation_.totals().rejected_steps;
+    message.active_forces = simulation_.activeForces();
+    message.pins = static_cast<std::uint32_t>(simulation_.pins().all().size());
+    message.rejected_commands = rejected_commands_;
+    thread_.post(PublishingThread::kStats, [this, s] { publishStats(*s); });
+  }
+  if (markers) {
+    next_markers_ = now + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                              std::chrono::duration<double>(0.5 / rates.markers));
+    thread_.post(PublishingThread::kMarkers, [this, s] { publishMarkers(*s); });
+  }
+}
+
+void Publishers::paused(bool paused) {
+  std_msgs::Bool message;
+  message.data = paused;
+  paused_publisher_.publish(message);
+}
+
+void Publishers::redraw(bool start_over) {
+  if (start_over) start_over_ = true;
+  if (simulation_.scene().publish.markers == 0.0 || markers_publisher_.getNumSubscribers() == 0) {
+    return;
+  }
+  thread_.post(PublishingThread::kMarkers, [this, s = snapshot()] { publishMarkers(*s); });
+}
+
+void Publishers::applied(mass_spring_sim::AppliedCommand message) {
+  if (applied_publisher_.getNumSubscribers() == 0) return;
+  message.header = header(clock_.now());
+  thread_.post(PublishingThread::kEvents,
+               [this, message = std::move(message)] { applied_publisher_.publish(message); });
+}
+
+void Publishers::rejected(const std::string& topic, const std::string& sender,
+                          const CommandResult& result) {
+  ++rejected_commands_;
+  if (rejected_throttle_.ready()) {
+    ROS_WARN_STREAM("Refused a command of " << sender << " on " << topic << ": " << result.message);
+  }
+  if (rejected_publisher_.getNumSubscribers() == 0) return;
+  mass_spring_sim::RejectedCommand message;
+  message.header = header(clock_.now());
+  message.topic = topic;
+  message.sender = sender;
+  message.reason = static_cast<std::uint8_t>(result.refusal);
+  message.message = result.message;
+  thread_.post(PublishingThread::kEvents,
+               [this, message = std::move(message)] { rejected_publisher_.publish(message); });
+}
+
+std::shared_ptr<Publishers::Snapshot> Publishers::snapshot() const {
+  auto snapshot = std::make_shared<Snapshot>();
+  snapshot->stamp = clock_.stamp();
+  snapshot->state = simulation_.state();
+  snapshot->pinned = simulation_.pins().mask();
+  return snapshot;
+}
+
+/// Whole periods of simulated time are counted, so that no rate drifts and each step is due once
+/// where the rate is that of the steps.
+bool Publishers::due(double rate) const {
+  const double periods_per_step = rate / simulation_.scene().rate;
+  const double step = static_cast<double>(simulation_.state().step);
+  return std::floor(step * periods_per_step) > std::floor((step - 1.0) * periods_per_step);
+}
+
+std_msgs::Header Publishers::header(const ros::Time& stamp) const {
+  std_msgs::Header header;
+  header.stamp = stamp;
+  header.frame_id = simulation_.scene().frame_id;
+  return header;
+}
+
+void Publishers::publishState(const Snapshot& snapshot) {
+  mass_spring_sim::ParticleStates message = toMessage(snapshot.state);
+  message.header = header(snapshot.stamp);
+  state_publisher_.publish(message);
+}
+
+void Publishers::publishStats(const Snapshot& snapshot) {
+  mass_spring_sim::SolverStats message = snapshot.stats;
+  message.header = header(snapshot.stamp);
+  message.step = snapshot.state.step;
+  message.sim_time = snapshot.state.time;
+  const Energy energy = mass_spring::energy(simulation_.model(), snapshot.state);
+  message.kinetic_energy = energy.kinetic;
+  message.elastic_energy = energy.elastic;
+  message.gravity_energy = energy.gravity;
+  message.max_speed = maxSpeed(snapshot.state);
+  message.max_stretch = maxStretch(simulation_.model(), snapshot.state);
+  stats_publisher_.publish(message);
+}
+
+void Publishers::publishMarkers(const Snapshot& snapshot) {
+  markers_publisher_.publish(markers_.draw(snapshot.state.positions, snapshot.pinned,
+                                           snapshot.stamp, start_over_.exchange(false)));
+}
+
+}  // namespace mass_spring

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <mass_spring_sim/AppliedCommand.h>
+#include <ros/ros.h>
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "clock.h"
+#include "markers.h"
+#include "mass_spring_sim/simulation.h"
+#include "publishing_thread.h"
+#include "step_meter.h"
+#include "throttle.h"
+
+namespace mass_spring {
+
+/// All topics but /clock. The thread that steps hands in what has happened; messages are built and
+/// published on another, and only if somebody listens.
+class Publishers {
+ public:
+  /// @param nh         private node handle
+  /// @param on_viewer  called, on another thread, when somebody subscribes to the markers
+  Publishers(ros::NodeHandle& nh, const Simulation& simulation, const Clock& clock,
+             std::function<void()> on_viewer);
+
+  // For the thread that steps, between steps.
+
+  /// The simulation stands at its start: at first, and after a reset.
+  void started();
+  void stepped(const StepReport& report, const StepMeter::Figures& figures, std::uint64_t overruns);
+  void paused(bool paused);
+  /// Shows the simulation as it stands, to viewers that know nothing yet, or while no step does.
+  void redraw(bool start_over);
+
+  // For any thread.
+
+  /// Adds the header to the message.
+  void applied(mass_spring_sim::AppliedCommand message);
+  /// Counts it, too, and warns, once a second at the most.
+  void rejected(const std::string& topic, const std::string& sender, const CommandResult& result);
+
+ private:
+  struct Snapshot;
+  /// Of the simulation as it stands.
+  std::shared_ptr<Snapshot> snapshot() const;
+  bool due(double rate) const;
+  std_msgs::Header header(const ros::Time& stamp) const;
+  void publishState(const Snapshot& snapshot);
+  void publishStats(const Snapshot& snapshot);
+  void publishMarkers(const Snapshot& snapshot);
+
+  const Simulation& simulation_;
+  const Clock& clock_;
+  ros::Publisher markers_publisher_, state_publisher_, topology_publisher_, stats_publisher_,
+      applied_publisher_, rejected_publisher_, paused_publisher_, scene_publisher_;
+  Markers markers_;
+  std::atomic<bool> start_over_{false};  ///< the next markers begin with a DELETEALL
+  std::chrono::steady_clock::time_point next_markers_;
+  std::atomic<std::uint64_t> rejected_commands_{0};
+  Throttle rejected_throttle_;
+  PublishingThread thread_;  ///< last, so that it ends before what it uses
+};
+
+}  // namespace mass_spring

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <mass_spring_sim/Step.h>
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+#include <std_srvs/SetBool.h>
+#include <std_srvs/Trigger.h>
+
+#include "physics_loop.h"
+
+namespace mass_spring {
+
+/// The services; each is answered when the physics loop has done what it asks for.
+class Services {
+ public:
+  /// @param nh          private node handle, whose queue has a thread of its own
+  /// @param step_queue  likewise, for ~step: a call of it may last and holds up no other service
+  Services(ros::NodeHandle nh, ros::CallbackQueue& step_queue, PhysicsLoop& loop);
+
+ private:
+  bool setPaused(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
+  bool step(mass_spring_sim::Step::Request& request, mass_spring_sim::Step::Response& response);
+  bool reset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
+  bool clearForces(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
+  bool clearPins(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
+
+  PhysicsLoop& loop_;
+  ros::ServiceServer set_paused_, step_, reset_, clear_forces_, clear_pins_;
+};
+
+}  // namespace mass_spring
