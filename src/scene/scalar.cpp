@@ -33,12 +33,9 @@ std::optional<Tree> resolveInteger(const std::string& sign, std::string digits) 
   const auto [rest, error] = std::from_chars(signed_digits.data(), end, value, base);
   if (rest != end) return std::nullopt;
   if (error == std::errc()) return Tree{value};
-  double large = 0.0;  // beyond 64 bits: no integer of a scene, but still a number
-  for (const char digit : digits) {
-    const int d = digit <= '9' ? digit - '0' : (digit | 0x20) - 'a' + 10;
-    large = large * base + d;
-  }
-  return Tree{sign == "-" ? -large : large};
+  // Beyond 64 bits: no integer that a scene could use, but still a number.
+  const auto large = parseNumber(signed_digits);
+  return large && base == 10 ? std::optional(Tree{*large}) : std::nullopt;
 }
 
 std::optional<Tree> resolveFloat(const std::string& text, const std::string& sign,

@@ -17,9 +17,10 @@
 namespace mass_spring {
 namespace {
 
-constexpr std::size_t kMostBytes = 16 << 20;
+// The parser takes about a second for each MiB; this is a hundred thousand springs by hand.
+constexpr std::size_t kMostBytes = 4 << 20;
 // Aliases repeat what they stand for, so a small file can stand for any number of values.
-constexpr std::size_t kMostValues = 4'000'000;
+constexpr std::size_t kMostValues = 1'000'000;
 // A scene needs 7. The parser calls itself for each level, so that this also bounds its stack.
 constexpr std::size_t kDeepest = 64;
 
@@ -32,7 +33,7 @@ constexpr std::size_t kDeepest = 64;
 struct Part {
   Tree tree;
   std::size_t values = 1;
-  std::size_t levels = 1;
+  std::size_t levels = 0;  ///< of lists and maps
 };
 
 /// Turns the events of the parser into a tree. Aliases become copies; merge keys (<<) are resolved;
@@ -59,19 +60,19 @@ class TreeBuilder : public YAML::EventHandler {
     if (!plain && tag != "!" && tag != "tag:yaml.org,2002:str") failTag(mark, tag);
     Tree value = plain ? resolvePlainScalar(text) : Tree{text};
     if (expectsKey()) {
-      if (!std::holds_alternative<std::string>(value.value)) {
-        fail(mark, text + " as a key", "a string; put it in quotes");
-      }
       open_.back().merges = plain && text == "<<";
       open_.back().key = text;
       open_.back().has_key = true;
+      if (!std::holds_alternative<std::string>(value.value)) {
+        problems_.add(path(), text + " as a key in line " + std::to_string(mark.line + 1),
+                      "a string, so in quotes");
+      }
     } else {
       close(mark, {std::move(value)}, anchor);
     }
   }
 
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
-    if (expectsKey()) fail(mark, "an alias as a key", "a string");
     const auto part = anchored_.find(anchor);
     if (part == anchored_.end()) fail(mark, "an alias inside what it stands for", "a finite scene");
     if (open_.size() + part->second.levels > kDeepest) failDepth(mark);
@@ -136,10 +137,9 @@ class TreeBuilder : public YAML::EventHandler {
 
   void open(const YAML::Mark& mark, const std::string& tag, const std::string& own_tag,
             YAML::anchor_t anchor, Tree tree) {
-    if (expectsKey()) fail(mark, describe(tree) + " as a key", "a string");
     if (!tag.empty() && tag != "?" && tag != own_tag) failTag(mark, tag);
     if (open_.size() + 1 > kDeepest) failDepth(mark);
-    open_.push_back({{std::move(tree)}, anchor, mark, "", false, false, {}});
+    open_.push_back({{std::move(tree), 1, 1}, anchor, mark, "", false, false, {}});
   }
 
   void closeInnermost() {
@@ -160,6 +160,15 @@ class TreeBuilder : public YAML::EventHandler {
       return;
     }
     Open& parent = open_.back();
+    if (expectsKey()) {
+      // Not thrown at once: a bracket that is never closed also looks like this to the parser, and
+      // it will say so in the end.
+      parent.key = "?";
+      parent.has_key = true;
+      problems_.add(path(), "no string as a key in line " + std::to_string(mark.line + 1),
+                    "a string");
+      return;
+    }
     parent.part.values += part.values;
     parent.part.levels = std::max(parent.part.levels, part.levels + 1);
     if (auto* list = std::get_if<Tree::List>(&parent.part.tree.value)) {
@@ -235,8 +244,8 @@ Tree readYamlText(const std::string& text, const std::string& name) {
     }
   } catch (const YAML::Exception& error) {
     refuse(name,
-           "line " + std::to_string(error.mark.line + 1) + ", column " +
-               std::to_string(error.mark.column + 1) + ": " + error.msg,
+           "an error in line " + std::to_string(error.mark.line + 1) + ", column " +
+               std::to_string(error.mark.column + 1) + " (" + error.msg + ")",
            "YAML");
   }
   builder.problems().throwIfAny();

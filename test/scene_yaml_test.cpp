@@ -1,0 +1,99 @@
+#include <gtest/gtest.h>
+
+#include "mass_spring_sim/scene_reader.h"
+#include "scene_text.h"
+
+namespace mass_spring {
+namespace {
+
+Scene read(const std::string& yaml, const std::string& directory = "") {
+  return readScene(readYamlText(yaml, "scene"), directory);
+}
+
+TEST(SceneYaml, ReadsBackAsTheSameScene) {
+  const Scene scene = read(kSceneText);
+  const std::string yaml = toYaml(scene);
+  const Scene again = read(yaml);
+  EXPECT_EQ(toYaml(again), yaml);
+  EXPECT_EQ(again.frame_id, scene.frame_id);
+  EXPECT_EQ(again.rate, scene.rate);
+  ASSERT_EQ(again.objects.size(), scene.objects.size());
+  EXPECT_EQ(again.objects[1].color, scene.objects[1].color);
+  EXPECT_EQ(std::get<Rope>(again.objects[1].shape).stiffness, 1e4);
+  EXPECT_EQ(std::get<Cloth>(again.objects[3].shape).orientation, Eigen::Vector3d(0.1, 0.2, 0.3));
+  ASSERT_EQ(again.pins.size(), 2u);
+  EXPECT_EQ(again.pins[1].particles, scene.pins[1].particles);
+  EXPECT_EQ(again.effects.gravity->acceleration, scene.effects.gravity->acceleration);
+  ASSERT_EQ(again.timeline.size(), 4u);
+  EXPECT_TRUE(std::get<PinCommand>(again.timeline[1].command).here);
+}
+
+TEST(SceneYaml, KeepsEveryBitOfEveryNumber) {
+  // Numbers with 17 digits, and orientations that were given as angles.
+  Tree tree = sceneWith("rate", "133.33333333333334");
+  put(tree, "objects.net.masses", "[0.1, 0.30000000000000004, 1.0e-300]");
+  put(tree, "timeline[2].pin.orientation", "[0.1, 1.5707963267948966, -3.0]");
+  const Scene scene = readScene(tree, "");
+  const Scene again = read(toYaml(scene));
+  EXPECT_EQ(again.rate, scene.rate);
+  EXPECT_EQ(std::get<Particles>(again.objects[2].shape).masses,
+            std::get<Particles>(scene.objects[2].shape).masses);
+  EXPECT_EQ(std::get<PinCommand>(again.timeline[2].command).target.orientation.coeffs(),
+            std::get<PinCommand>(scene.timeline[2].command).target.orientation.coeffs());
+}
+
+TEST(SceneYaml, SpellsOutDefaults) {
+  const std::string yaml =
+      toYaml(read("objects: {dot: {type: particles, positions: [[0, 0, 0]], masses: 1}}"));
+  for (const char* line :
+       {"frame_id: world\n", "rate: 100.0\n", "start_paused: false\n", "  scheme: implicit_euler\n",
+        "  newton_tolerance: 1.0e-06\n", "  markers: 30.0\n", "  max_force: 1000000.0\n",
+        "    velocities: [[0.0, 0.0, 0.0]]\n"}) {
+    EXPECT_NE(yaml.find(line), std::string::npos) << line << yaml;
+  }
+  EXPECT_EQ(toYaml(read(yaml)), yaml);
+}
+
+TEST(SceneYaml, WritesEveryKindOfCommand) {
+  const std::string yaml = toYaml(
+      read("objects: {dot: {type: particles, positions: [[0, 0, 0], [1, 0, 0]], masses: 1}}\n"
+           "timeline:\n"
+           "  - {time: 0, force: {forces: [[0, 0, 1], [0, 0, 2]], duration: -1, id: 'a: b'}}\n"
+           "  - {time: 1, pin: {action: add, name: a, point: [1, 2, 3], radius: 4}}\n"
+           "  - {time: 2, pin: {action: move, name: a, target: [1, 2, 3]}}\n"
+           "  - {time: 3, pin: {action: remove, name: a}}\n"
+           "  - {time: 4, pin: {action: add, name: b, particles: [1], target: [0, 0, 1],"
+           " orientation: [0, 0, 1]}}\n"));
+  const Scene again = read(yaml);
+  EXPECT_EQ(toYaml(again), yaml);
+  EXPECT_EQ(std::get<ForceCommand>(again.timeline[0].command).id, "a: b");
+  EXPECT_EQ(std::get<PinCommand>(again.timeline[1].command).radius, 4.0);
+  EXPECT_FALSE(std::get<PinCommand>(again.timeline[4].command).here);
+}
+
+TEST(SceneYaml, QuotesNamesThatMeanSomethingElse) {
+  const std::string yaml =
+      toYaml(read("frame_id: 'true'\n"
+                  "objects: {'on': {type: particles, positions: [[0, 0, 0]], masses: 1}}\n"
+                  "pins: {'null': {object: 'on', particles: [0]}}"));
+  const Scene again = read(yaml);
+  EXPECT_EQ(again.frame_id, "true");
+  EXPECT_EQ(again.objects[0].name, "on");
+  EXPECT_EQ(again.pins[0].name, "null");
+}
+
+TEST(SceneYaml, KeepsTheMeshFile) {
+  const TemporaryFolder folder;
+  folder.write("a b.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  const Scene scene =
+      read("objects: {skin: {type: mesh, file: a b.obj, scale: 0.5, mass: 1, stiffness: 10}}",
+           folder.path());
+  const Scene again = read(toYaml(scene), folder.path());
+  const Mesh& mesh = std::get<Mesh>(again.objects[0].shape);
+  EXPECT_EQ(mesh.file, "a b.obj");
+  EXPECT_EQ(mesh.scale, 0.5);
+  EXPECT_EQ(mesh.vertices.size(), 3u);
+}
+
+}  // namespace
+}  // namespace mass_spring
