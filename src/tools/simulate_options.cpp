@@ -52,9 +52,12 @@ SimulateOptions readSimulateOptions(int argc, const char* const* argv) {
                        : "got " + text + ", expected seconds above 0";
           });
   std::string scheme, rate, substeps;
-  app.add_option("--scheme", scheme, "short for --set solver.scheme=NAME");
-  app.add_option("--rate", rate, "short for --set rate=HZ");
-  app.add_option("--substeps", substeps, "short for --set solver.substeps=N");
+  const auto not_empty = [](const std::string& text) {
+    return text.empty() ? std::string("got nothing, expected a value") : std::string();
+  };
+  app.add_option("--scheme", scheme, "short for --set solver.scheme=NAME")->check(not_empty);
+  app.add_option("--rate", rate, "short for --set rate=HZ")->check(not_empty);
+  app.add_option("--substeps", substeps, "short for --set solver.substeps=N")->check(not_empty);
   std::vector<std::string> sets;
   app.add_option("--set", sets,
                  "override one value of the scene, as PATH=VALUE; VALUE is YAML, e.g. "

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <Eigen/IterativeLinearSolvers>
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
+#include <vector>
+
+#include "mass_spring_sim/model.h"
+
+namespace mass_spring {
+
+/// One linearly implicit step (course notes eq. 19) as one writes it with Eigen alone: a list of
+/// triplets, setFromTriplets, a solver of Eigen's. Same forces, same projection of compressed
+/// springs and same unknowns as the library: the velocities of the particles that no pin holds.
+class PlainEigen {
+ public:
+  enum class Solver { kConjugateGradient, kSimplicialLdlt };
+
+  /// @param gravity  m/s^2
+  /// @param pinned   per particle; pinned particles stand still
+  /// @param h        s
+  PlainEigen(const Model& model, const Eigen::Vector3d& gravity, const std::vector<char>& pinned,
+             double h, Solver solver, double tolerance);
+
+  /// Forces, matrix and right-hand side for a state.
+  void assemble(const State& state);
+
+  /// Solves what was assembled, from the velocities of the state, and moves the state on.
+  void solve(State& state);
+
+  /// |b - A v| / |b| of what was assembled, for the velocities that another solver found.
+  double residual(const Vectors& velocities) const;
+
+  int iterations() const { return static_cast<int>(conjugate_gradient_.iterations()); }
+  const Eigen::SparseMatrix<double>& matrix() const { return matrix_; }
+
+ private:
+  using Matrix = Eigen::SparseMatrix<double>;
+  void addBlock(std::uint32_t i, std::uint32_t j, const Eigen::Matrix3d& block);
+  Eigen::VectorXd gather(const Vectors& vectors) const;
+
+  const Model& model_;
+  Eigen::Vector3d gravity_;
+  double h_;
+  Solver solver_;
+  std::vector<int> unknown_;  // per particle, its place among the free ones; -1 = pinned
+  Vectors right_side_;
+  Eigen::VectorXd b_;
+  std::vector<Eigen::Triplet<double>> triplets_;
+  Matrix matrix_;
+  Eigen::ConjugateGradient<Matrix, Eigen::Lower | Eigen::Upper> conjugate_gradient_;
+  Eigen::SimplicialLDLT<Matrix> ldlt_;
+  bool analyzed_ = false;
+};
+
+}  // namespace mass_spring
