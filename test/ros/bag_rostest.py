@@ -1,0 +1,117 @@
+#!/usr/bin/python3
+"""A run goes into a bag, comes out of it, and can be done again from it."""
+
+import io
+import os
+import signal
+import subprocess
+import tempfile
+
+import rosbag
+import roslib.packages
+import rospy
+import rostest
+from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
+
+from mass_spring_sim.msg import AppliedCommand, ForceCommand, ParticleStates, PinCommand
+from simulated_node import DEADLINE, NodeTest, Recorder, feeds, motion, wait_until
+
+
+def start_rosbag(name, *arguments):
+    return subprocess.Popen([roslib.packages.find_node('rosbag', name)[0]] + list(arguments))
+
+
+def wire_format(message):
+    buffer = io.BytesIO()
+    message.serialize(buffer)
+    return buffer.getvalue()
+
+
+class BagTest(NodeTest):
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.file = os.path.join(folder.name, 'run.bag')
+
+    def record_run(self):
+        """Records commands and 30 states; returns the node and its states."""
+        node = self.start('hanging_cloth.yaml')
+        topics = [node.topic(name) for name in ('state', 'topology', 'applied', 'force', 'pin')]
+        recorder = start_rosbag('record', '-O', self.file, '__name:=recorder', *topics)
+        self.addCleanup(recorder.kill)
+        wait_until(lambda: all(feeds(node.name, topic, '/recorder') for topic in topics[:3]),
+                   'the recorder listens to the node')
+        wait_until(lambda: node.command_listeners() == [2, 2], 'the recorder listens to the commands')
+
+        commands = [
+            ForceCommand(object='sheet', particles=[19, 18], id='push', duration=0.055,
+                         forces=[Vector3(0.3, -0.2, 0.1)]),
+            PinCommand(action=PinCommand.ADD, name='grab', object='sheet', particles=[4],
+                       here=True),
+            PinCommand(action=PinCommand.MOVE, name='grab',
+                       target=Pose(Point(0.2, -0.1, 1.1), Quaternion(0.0, 0.0, 0.0, 1.0)))]
+        states = node.step(4)
+        for command, steps in zip(commands, (3, 8, 15)):
+            self.assert_applied(node.send(command))
+            states += node.step(steps)
+
+        # What reaches the recorder when it has been told to end is lost. So it first must have written
+        # all, which further steps push out of its buffers.
+        expected = [wire_format(m) for m in commands + states + node.applied.messages]
+
+        def written():
+            node.step(1)
+            with open(self.file + '.active', 'rb') as file:
+                content = file.read()
+            return all(message in content for message in expected)
+        wait_until(written, 'the run is in the bag')
+        recorder.send_signal(signal.SIGINT)
+        self.assertEqual(recorder.wait(DEADLINE), 0)
+        return node, states
+
+    def test_the_bag_holds_the_run(self):
+        node, states = self.record_run()
+        with rosbag.Bag(self.file) as bag:
+            def read(name):
+                return [message for _, message, _ in bag.read_messages(node.topic(name))]
+            self.assertEqual(motion(read('state'))[:len(states)], motion(states))
+            self.assertEqual([command.id for command in read('force')], ['push'])
+            self.assertEqual([command.action for command in read('pin')],
+                             [PinCommand.ADD, PinCommand.MOVE])
+            self.assertEqual([(applied.step, applied.kind) for applied in read('applied')
+                              if applied.sender == rospy.get_name()],
+                             [(5, AppliedCommand.FORCE), (8, AppliedCommand.PIN),
+                              (16, AppliedCommand.PIN)])
+            self.assertEqual(len(read('topology')), 1)
+
+    def test_rosbag_play_shows_the_run(self):
+        node, states = self.record_run()
+        replayed = Recorder('/replayed/state', ParticleStates)
+        applied = Recorder('/replayed/applied', AppliedCommand)
+        player = start_rosbag('play', '--wait-for-subscribers', '--keep-alive', '--bags', self.file,
+                              '--topics', node.topic('state'), node.topic('applied'),
+                              node.topic('state') + ':=/replayed/state',
+                              node.topic('applied') + ':=/replayed/applied')
+        self.addCleanup(player.kill)
+        self.assertEqual(motion(replayed.wait_count(len(states)))[:len(states)], motion(states))
+        self.assertEqual([command.step for command in applied.wait_count(4)], [5, 6, 8, 16])
+
+    def test_the_commands_of_the_bag_do_it_again(self):
+        node, states = self.record_run()
+        with rosbag.Bag(self.file) as bag:
+            commands = [applied for _, applied, _ in bag.read_messages(node.topic('applied'))
+                        if applied.sender != 'timeline']
+        fresh = self.start('hanging_cloth.yaml')
+        again = []
+        for applied in commands:
+            again += fresh.step(applied.step - 1 - len(again))
+            self.assert_applied(fresh.send(
+                applied.force if applied.kind == AppliedCommand.FORCE else applied.pin))
+        again += fresh.step(len(states) - len(again))
+        self.assertEqual(motion(again), motion(states))
+
+
+if __name__ == '__main__':
+    rospy.init_node('bag_rostest')
+    rostest.rosrun('mass_spring_sim', 'bag', BagTest)

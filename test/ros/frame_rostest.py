@@ -1,0 +1,75 @@
+#!/usr/bin/python3
+"""Commands given in another tf frame."""
+
+import math
+
+import numpy
+import rospy
+import rostest
+import tf2_ros
+from geometry_msgs.msg import Point, Pose, Quaternion, TransformStamped, Vector3
+from std_msgs.msg import Header
+
+from mass_spring_sim.msg import ForceCommand, PinCommand, RejectedCommand
+from simulated_node import NodeTest, positions, velocities, wait_until
+
+TOOL = Header(frame_id='tool')
+# The tool stands at (1, 2, 3) in the world, turned by a quarter about z: its x axis is the world's y.
+ORIGIN = numpy.array([1.0, 2.0, 3.0])
+# Round-off of a rotation whose sine and cosine are known to 1 ulp, of vectors of order 1.
+ROUND_OFF = 1e-14
+
+
+class FrameTest(NodeTest):
+
+    def setUp(self):
+        transform = TransformStamped(header=Header(frame_id='world'), child_frame_id='tool')
+        transform.transform.translation = Vector3(*ORIGIN)
+        transform.transform.rotation = Quaternion(0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5))
+        self.broadcaster = tf2_ros.StaticTransformBroadcaster()
+        self.broadcaster.sendTransform(transform)
+        self.node = self.start('free_particles.yaml')
+
+    def send(self, command):
+        """Sends a command until tf knows its frame: transforms come by a connection of their own."""
+        answers = []
+
+        def transformed():
+            answers.append(self.node.send(command))
+            return getattr(answers[-1], 'reason', None) != RejectedCommand.BAD_FRAME
+        wait_until(transformed, 'the transform is known')
+        return self.assert_applied(answers[-1])
+
+    def test_forces_are_rotated(self):
+        self.send(ForceCommand(header=TOOL, object='left', particles=[0],
+                               forces=[Vector3(1.0, 0.0, 0.5)]))
+        # 0.5 kg for one step of 0.01 s.
+        numpy.testing.assert_allclose(velocities(self.node.step(1)[0])[0], [0.0, 0.02, 0.01],
+                                      rtol=0, atol=ROUND_OFF)
+
+    def test_points_and_targets_of_pins_are_transformed(self):
+        # Particle 1 of the object left is at (0.1, 0, 1): (-2, 0.9, -2) in the tool's frame.
+        self.send(PinCommand(header=TOOL, action=PinCommand.ADD, name='grab', object='left',
+                             point=Point(-2.0, 0.9, -2.0),
+                             target=Pose(Point(-2.0, 0.9, -2.0), Quaternion(0.0, 0.0, 0.0, 1.0))))
+        numpy.testing.assert_allclose(positions(self.node.step(1)[0])[1], [0.1, 0.0, 1.0],
+                                      rtol=0, atol=ROUND_OFF)
+        self.send(PinCommand(header=TOOL, action=PinCommand.MOVE, name='grab',
+                             target=Pose(Point(-1.5, 0.9, -2.0), Quaternion(0.0, 0.0, 0.0, 1.0))))
+        state = self.node.step(1)[0]
+        numpy.testing.assert_allclose(positions(state)[:3],
+                                      [[0.0, 0.0, 1.0], [0.1, 0.5, 1.0], [0.2, 0.0, 1.0]],
+                                      rtol=0, atol=ROUND_OFF)
+
+    def test_the_frame_of_the_scene_needs_no_transform(self):
+        for frame in ('', 'world'):
+            self.assert_applied(self.node.send(ForceCommand(
+                header=Header(frame_id=frame), object='left', particles=[0],
+                forces=[Vector3(1.0, 0.0, 0.0)])))
+        numpy.testing.assert_allclose(velocities(self.node.step(1)[0])[0], [0.04, 0.0, 0.0],
+                                      rtol=0, atol=ROUND_OFF)
+
+
+if __name__ == '__main__':
+    rospy.init_node('frame_rostest')
+    rostest.rosrun('mass_spring_sim', 'frame', FrameTest)
