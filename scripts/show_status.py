@@ -11,6 +11,7 @@ import sys
 import threading
 import time
 
+import rosgraph
 import rospy
 from std_msgs.msg import Bool
 
@@ -22,10 +23,9 @@ INTERVAL_IN_LOG = 1.0  # s
 
 def status_line(stats):
     energy = stats.kinetic_energy + stats.elastic_energy + stats.gravity_energy
-    # Padded, because the times vary in length and the live line is overwritten in place.
-    return ('sim time %8.2f s   real-time factor %6.3f   step %7.3f ms (max %7.3f)   energy %11.5g J   %s'
-            % (stats.sim_time, stats.real_time_factor, 1e3 * stats.step_time_median,
-               1e3 * stats.step_time_max, energy, stats.scheme))
+    # Fits 80 columns: a terminal that wraps it could not write over it.
+    return ('sim time %8.2f s   real-time factor %.3f   step %7.3f ms   energy %.5g J'
+            % (stats.sim_time, stats.real_time_factor, 1e3 * stats.step_time_median, energy))
 
 
 class Watcher:
@@ -35,7 +35,7 @@ class Watcher:
         self.changed = threading.Condition()
         self.newest = None
         rospy.Subscriber(node + '/stats', SolverStats, lambda m: self.put(status_line(m)))
-        rospy.Subscriber(node + '/paused', Bool, lambda m: self.put('paused' if m.data else 'runs'))
+        rospy.Subscriber(node + '/paused', Bool, lambda m: self.put('paused') if m.data else None)
 
     def put(self, line):
         with self.changed:
@@ -80,6 +80,12 @@ def main():
     parser.add_argument('--seconds', type=float, default=float('inf'), help='s of wall time')
     parser.add_argument('--patience', type=float, default=60.0, help='s of wall time')
     args = parser.parse_args(rospy.myargv()[1:])
+    # Without a master rospy would complain, over and over.
+    deadline = time.monotonic() + args.patience
+    while not rosgraph.is_master_online():
+        if time.monotonic() > deadline:
+            sys.exit('no ROS master for %g s' % args.patience)
+        time.sleep(0.1)
     rospy.init_node('show_status', anonymous=True)
     status = watch(Watcher(args.node), args.seconds, args.patience)
     if sys.stdout.isatty():
