@@ -41,7 +41,7 @@ struct Swing {
   void assemble() {
     matrix->setMasses(kWeights.mass, simulation.model().masses);
     for (const auto& effect : effects()) {
-      effect->addDerivatives(state().positions, kWeights, *matrix);
+      effect->addDerivatives(state().positions, kWeights, Projection::kWhereNeeded, *matrix);
     }
     matrix->decouple(simulation.pins().mask());
   }

@@ -20,6 +20,12 @@ struct MatrixWeights {
   double stiffness;  ///< alpha_x [s^2]
 };
 
+/// What becomes of elements whose stiffness is not positive semidefinite.
+enum class Projection {
+  kNone,         ///< they stay: the matrix is exact, and may be indefinite
+  kWhereNeeded,  ///< projected where the masses alone could not keep the matrix definite
+};
+
 /// Whatever adds energy or force. An effect that a scene does not call for is not in the model's
 /// list, and so has no entries in the pattern, no memory and no branch inside a loop.
 class Effect {
@@ -43,11 +49,10 @@ class Effect {
   virtual void addPattern(PatternBuilder& /*pattern*/) const {}
   virtual void findSlots(const BlockPattern& /*pattern*/) {}
 
-  /// Adds the weighted D and K to a matrix that holds the weighted masses, K made positive
-  /// semidefinite where the masses alone could not keep the matrix definite.
+  /// Adds the weighted D and K to a matrix that holds the weighted masses.
   /// @return how many elements were projected
   virtual std::uint32_t addDerivatives(const Vectors& /*positions*/,
-                                       const MatrixWeights& /*weights*/,
+                                       const MatrixWeights& /*weights*/, Projection /*projection*/,
                                        StepMatrix& /*matrix*/) const {
     return 0;
   }

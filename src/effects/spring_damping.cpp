@@ -41,7 +41,7 @@ void SpringDamping::findSlots(const BlockPattern& pattern) {
 }
 
 std::uint32_t SpringDamping::addDerivatives(const Vectors& positions, const MatrixWeights& weights,
-                                            StepMatrix& matrix) const {
+                                            Projection /*projection*/, StepMatrix& matrix) const {
   for (const Element& e : elements_) {
     const SpringDirection direction(positions.col(e.j) - positions.col(e.i));
     matrix.addElement(e.i, e.j, e.slot,

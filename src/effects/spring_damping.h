@@ -20,7 +20,7 @@ class SpringDamping : public Effect {
   void addPattern(PatternBuilder& pattern) const override;
   void findSlots(const BlockPattern& pattern) override;
   std::uint32_t addDerivatives(const Vectors& positions, const MatrixWeights& weights,
-                               StepMatrix& matrix) const override;
+                               Projection projection, StepMatrix& matrix) const override;
 
  private:
   struct Element {

@@ -1,7 +1,7 @@
 #include "effects/springs.h"
 
 #include <algorithm>
-#include <limits>
+#include <cmath>
 
 #include "effects/spring_direction.h"
 #include "solvers/step_matrix.h"
@@ -60,28 +60,33 @@ void Springs::findSlots(const BlockPattern& pattern) {
 }
 
 std::uint32_t Springs::addDerivatives(const Vectors& positions, const MatrixWeights& weights,
-                                      StepMatrix& matrix) const {
+                                      Projection projection, StepMatrix& matrix) const {
   // A compressed spring takes at most 2 k |r| from the diagonal of each of its ends, as
   // [1 -1; -1 1] <= 2 I. Where the mass outweighs the sum over its springs, the matrix stays
   // definite without projection; a spring is projected if that fails at one of its ends.
   Eigen::VectorXd& taken = matrix.indefiniteness();
   taken.setZero();
-  for (const Element& e : elements_) {
-    const double length = (positions.col(e.j) - positions.col(e.i)).norm();
-    const double r = transverseRatio(length, e.rest_length);
-    if (r < 0.0) {
-      taken[e.i] -= 2.0 * weights.stiffness * e.stiffness * r;
-      taken[e.j] -= 2.0 * weights.stiffness * e.stiffness * r;
+  if (projection == Projection::kWhereNeeded) {
+    for (const Element& e : elements_) {
+      const double length = (positions.col(e.j) - positions.col(e.i)).norm();
+      const double r = transverseRatio(length, e.rest_length);
+      if (r < 0.0) {
+        taken[e.i] -= 2.0 * weights.stiffness * e.stiffness * r;
+        taken[e.j] -= 2.0 * weights.stiffness * e.stiffness * r;
+      }
     }
   }
   std::uint32_t projected = 0;
   for (const Element& e : elements_) {
     const Eigen::Vector3d d = positions.col(e.j) - positions.col(e.i);
-    const bool project = !(taken[e.i] < matrix.mass(e.i) && taken[e.j] < matrix.mass(e.j));
-    SymmetricBlock block =
-        springStiffness(d, weights.stiffness * e.stiffness, e.rest_length, project);
-    if (project && transverseRatio(d.norm(), e.rest_length) < 0.0) ++projected;
-    matrix.addElement(e.i, e.j, e.slot, block);
+    const double r = transverseRatio(d.norm(), e.rest_length);
+    const bool light = projection == Projection::kWhereNeeded &&
+                       !(taken[e.i] < matrix.mass(e.i) && taken[e.j] < matrix.mass(e.j));
+    // Where the ends coincide there is no exact derivative.
+    const bool project = r < 0.0 && (light || !std::isfinite(r));
+    matrix.addElement(e.i, e.j, e.slot,
+                      springStiffness(d, weights.stiffness * e.stiffness, e.rest_length, project));
+    if (project) ++projected;
   }
   return projected;
 }

@@ -1,5 +1,6 @@
 #include "schemes/implicit_euler.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -49,11 +50,12 @@ void ImplicitEuler::prescribeVelocities(double h, const Drive& drive, const Stat
   }
 }
 
-void ImplicitEuler::assemble(double h, const Vectors& x, SubstepReport& report) {
+void ImplicitEuler::assemble(double h, const Vectors& x, Projection projection,
+                             SubstepReport& report) {
   const MatrixWeights weights{1.0, h, h * h};
   matrix_.setMasses(weights.mass, model_.masses);
   for (const auto& effect : model_.effects) {
-    report.projected_springs += effect->addDerivatives(x, weights, matrix_);
+    report.projected_springs += effect->addDerivatives(x, weights, projection, matrix_);
   }
   ++report.newton_iterations;
 }
@@ -71,7 +73,7 @@ SubstepReport ImplicitEuler::advanceLinearly(double h, const Drive& drive, State
   v_.setZero();
   sumForces(model_, drive.loads, state.positions, v_, forces_);
   right_side_ = state.velocities * model_.masses.asDiagonal() + h * forces_;
-  assemble(h, state.positions, report);
+  assemble(h, state.positions, Projection::kWhereNeeded, report);
 
   // The velocities of pinned particles are known: their columns go to the right-hand side.
   prescribeVelocities(h, drive, state, v_);
@@ -156,6 +158,19 @@ bool ImplicitEuler::searchLine(double h, const Drive& drive, const State& state,
   return false;
 }
 
+LinearSystem::Result ImplicitEuler::solveForStep(double h, const Drive& drive, bool& exact,
+                                                 SubstepReport& report) {
+  right_side_ = -residual_;
+  for (;;) {
+    assemble(h, x_, exact ? Projection::kNone : Projection::kWhereNeeded, report);
+    matrix_.decouple(drive.pinned);
+    delta_.setZero();
+    const LinearSystem::Result result = solve(report, delta_);
+    if (!exact || !result.indefinite) return result;
+    exact = false;
+  }
+}
+
 SubstepReport ImplicitEuler::newton(double h, const Drive& drive, const State& state,
                                     bool from_rest) {
   SubstepReport report;
@@ -174,6 +189,7 @@ SubstepReport ImplicitEuler::newton(double h, const Drive& drive, const State& s
   }
   // A >= M, so h |g|_{M^-1} bounds the mass-weighted displacement that is still missing.
   const double to_displacement = h / (std::sqrt(free_mass) * length_);
+  bool exact = true;
   for (int iteration = 0;; ++iteration) {
     report.residual = to_displacement * residual_norm_;
     if (report.residual <= options_.newton_tolerance && iteration > 0) {
@@ -183,21 +199,20 @@ SubstepReport ImplicitEuler::newton(double h, const Drive& drive, const State& s
     if (iteration == options_.max_newton_iterations || !std::isfinite(residual_norm_)) {
       return report;
     }
-    assemble(h, x_, report);
-    matrix_.decouple(drive.pinned);
-    right_side_ = -residual_;
-    delta_.setZero();
-    const LinearSystem::Result linear = solve(report, delta_);
+    const double norm_before = residual_norm_;
+    const LinearSystem::Result linear = solveForStep(h, drive, exact, report);
     const double step = to_displacement * std::sqrt(weightedSquare(model_.masses, delta_));
     const bool moved = searchLine(h, drive, state, from_rest);
     // The error before a Newton step is about that step: where the residual has reached its
     // rounding errors, a step below the tolerance ends it.
     if (linear.converged && step <= options_.newton_tolerance) {
-      report.residual = to_displacement * residual_norm_;
+      report.residual = std::min(step, to_displacement * residual_norm_);
       report.converged = true;
       return report;
     }
     if (!moved) return report;
+    // Near the solution the exact matrix is definite, and only it converges quadratically.
+    exact = exact || residual_norm_ < 0.5 * norm_before;
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "effects/effect.h"
 #include "mass_spring_sim/model.h"
 #include "schemes/drive.h"
 #include "solvers/linear_system.h"
@@ -35,9 +36,13 @@ class ImplicitEuler {
   Potential potential(double h, const Drive& drive, const State& state);
   /// @param from_rest  start at v = 0 and only ever lower Phi
   SubstepReport newton(double h, const Drive& drive, const State& state, bool from_rest);
+  /// delta_ = -A^-1 g. Tries the exact matrix if told so; where it turns out indefinite, projects
+  /// and clears `exact`.
+  LinearSystem::Result solveForStep(double h, const Drive& drive, bool& exact,
+                                    SubstepReport& report);
   bool searchLine(double h, const Drive& drive, const State& state, bool strict);
   void prescribeVelocities(double h, const Drive& drive, const State& state, Vectors& v) const;
-  void assemble(double h, const Vectors& x, SubstepReport& report);
+  void assemble(double h, const Vectors& x, Projection projection, SubstepReport& report);
   LinearSystem::Result solve(SubstepReport& report, Vectors& x);
 
   const Model& model_;

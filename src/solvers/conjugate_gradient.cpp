@@ -44,7 +44,10 @@ LinearResult ConjugateGradient::solve(const StepMatrix& matrix, const Vectors& b
     rho_before = rho;
     matrix.multiply(p_, q_);
     const double curvature = p_.cwiseProduct(q_).sum();
-    if (!(curvature > 0.0)) break;
+    if (!(curvature > 0.0)) {
+      result.indefinite = true;
+      break;
+    }
     const double alpha = rho / curvature;
     x += alpha * p_;
     r_ -= alpha * q_;

@@ -10,7 +10,8 @@ namespace mass_spring {
 struct LinearResult {
   bool converged = false;
   std::uint32_t iterations = 0;
-  double residual = 0.0;  ///< |b - A x| / |b|; 0 where b = 0
+  double residual = 0.0;    ///< |b - A x| / |b|; 0 where b = 0
+  bool indefinite = false;  ///< stopped by a direction along which the matrix is not positive
 };
 
 /// Conjugate gradients preconditioned by a block incomplete Cholesky factor.

@@ -42,7 +42,9 @@ LinearSystem::Result LinearSystem::solve(const StepMatrix& matrix, const Vectors
   result.converged = iterative.converged;
   result.iterations = iterative.iterations;
   result.residual = iterative.residual;
-  if (!result.converged && cholesky_ && cholesky_->blockProducts() < kLargestRescue) {
+  result.indefinite = iterative.indefinite;
+  if (!result.converged && !result.indefinite && cholesky_ &&
+      cholesky_->blockProducts() < kLargestRescue) {
     solveDirectly(matrix, b, x, result);
   }
   return result;
@@ -57,7 +59,10 @@ bool LinearSystem::solveDirectly(const StepMatrix& matrix, const Vectors& b, Vec
     return result.converged = true;
   }
   ++result.factorizations;
-  if (!cholesky_->factorize(matrix)) return result.converged = false;
+  if (!cholesky_->factorize(matrix)) {
+    result.indefinite = true;
+    return result.converged = false;
+  }
   cholesky_->solve(b, x);
   matrix.multiply(x, residual_);
   residual_ = b - residual_;

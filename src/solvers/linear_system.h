@@ -21,6 +21,7 @@ class LinearSystem {
     std::uint32_t iterations = 0;
     std::uint32_t factorizations = 0;  ///< direct ones
     double residual = 0.0;             ///< |b - A x| / |b|
+    bool indefinite = false;           ///< the matrix is not positive definite
   };
   /// Solves A x = b, from the x given where that helps. On failure x is the best there is.
   Result solve(const StepMatrix& matrix, const Vectors& b, Vectors& x);
