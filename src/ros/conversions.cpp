@@ -52,7 +52,8 @@ CommandResult findFrame(const std::string& frame_id, const FrameLookup& lookup,
   try {
     frame = lookup(frame_id);
   } catch (const tf2::TransformException& error) {
-    return {Refusal::kBadFrame, "header.frame_id: " + std::string(error.what())};
+    return {Refusal::kBadFrame, "header.frame_id: got \"" + frame_id +
+                                    "\", expected a frame that tf knows: " + error.what()};
   }
   return {};
 }

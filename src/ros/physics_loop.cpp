@@ -62,8 +62,9 @@ template <class Function>
 auto PhysicsLoop::ask(Function function) -> std::future<decltype(function())> {
   using Result = decltype(function());
   auto task = std::make_shared<std::packaged_task<Result()>>(std::move(function));
+  auto result = task->get_future();
   queue_.post([task] { (*task)(); });
-  return task->get_future();
+  return result;
 }
 
 std::future<PhysicsLoop::StepOutcome> PhysicsLoop::step(std::uint32_t steps) {
@@ -148,7 +149,7 @@ void PhysicsLoop::advance() {
   if (report.status == StepStatus::kFailed) {
     ROS_ERROR_STREAM("The simulation is paused, as step " << simulation_.state().step + 1
                                                           << " failed: " << report.message);
-    changePaused(true);
+    if (!paused_) changePaused(true);
     finishRequest(false, report.message);
     return;
   }
