@@ -20,30 +20,34 @@ source_setup() {
   set -u
 }
 
-# stage NAME COMMAND...: one line with the name, the result and the seconds. The output goes to a
-# log file; it is shown when the command fails.
-stage() {
-  local name=$1 log start status=0
+# run_stage NAME COMMAND...: one line with the name, the result and the seconds; leaves the status in
+# stage_status. The output goes to a log file; what matters of it is shown if the command fails.
+# Never call this in a condition: bash would go on after an error inside COMMAND, a function.
+run_stage() {
+  local name=$1 start
+  local log=$log_dir/${name//[^a-zA-Z0-9]/_}.log
   shift
-  log=$log_dir/${name//[^a-zA-Z0-9]/_}.log
   mkdir -p "$log_dir"
   printf '%-46s' "$name"
   start=$EPOCHREALTIME
-  # Not "if stage_command": a function called in a condition would lose its set -e.
   set +e
   (set -e; "$@") >"$log" 2>&1 </dev/null
-  status=$?
+  stage_status=$?
   set -e
-  local seconds
-  seconds=$(elapsed_since "$start")
-  if ((status == 0)); then
-    printf '%-8s%8s s\n' ok "$seconds"
+  if ((stage_status == 0)); then
+    printf '%-8s%8s s\n' ok "$(elapsed_since "$start")"
   else
-    printf '%-8s%8s s\n' FAILED "$seconds"
-    sed 's/^/    /' "$log"
-    printf '    (status %d; all of it in %s)\n' "$status" "$log"
+    printf '%-8s%8s s\n' FAILED "$(elapsed_since "$start")"
+    # Without the progress of make, of cmake and of tests that passed.
+    sed -E '/^\[ *[0-9]+%\]|^-- |^\[ RUN  |^\[       OK /d; s/^/    /' "$log" | tail -n 200
+    printf '    (status %d; all output in %s)\n' "$stage_status" "$log"
   fi
-  return "$status"
+}
+
+# A stage without which nothing else makes sense.
+stage() {
+  run_stage "$@"
+  ((stage_status == 0)) || exit 1
 }
 
 elapsed_since() {
