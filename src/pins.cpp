@@ -4,8 +4,8 @@ namespace mass_spring {
 
 Pins::Pins(std::uint32_t particle_count) : mask_(particle_count, 0) {}
 
-CommandResult Pins::add(const PinCommand& command, std::vector<std::uint32_t> particles,
-                        const Vectors& positions) {
+CommandResult Pins::add(const PinCommand& command, const ModelObject& object,
+                        std::vector<std::uint32_t> particles, const Vectors& positions) {
   if (pins_.count(command.name) > 0) {
     return {Refusal::kConflict, "name: a pin '" + command.name + "' exists"};
   }
@@ -15,7 +15,8 @@ CommandResult Pins::add(const PinCommand& command, std::vector<std::uint32_t> pa
       for (std::uint32_t held : pin.particles) {
         if (held == particle) {
           return {Refusal::kConflict, "particles: pin '" + name + "' holds particle " +
-                                          std::to_string(particle) + " of the scene"};
+                                          std::to_string(particle - object.first_particle) +
+                                          " of " + object.name};
         }
       }
     }

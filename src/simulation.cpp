@@ -57,8 +57,10 @@ CommandResult Simulation::applyPin(const PinCommand& command) {
   const CommandResult result = checkPin(command, model_, state_.positions, particles);
   if (!result.accepted()) return result;
   switch (command.action) {
-    case PinCommand::Action::kAdd:
-      return pins_.add(command, std::move(particles), state_.positions);
+    case PinCommand::Action::kAdd: {
+      const ModelObject& object = model_.objectOf(particles.front());
+      return pins_.add(command, object, std::move(particles), state_.positions);
+    }
     case PinCommand::Action::kMove:
       return pins_.move(command.name, command.target);
     case PinCommand::Action::kRemove:

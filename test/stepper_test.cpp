@@ -60,6 +60,24 @@ TEST(Stepper, ConvergedMeansNewtonsToleranceWasReached) {
   }
 }
 
+// A force so large that its effect is no number: not ignored, not accepted.
+TEST(Stepper, OverflowingForceFails) {
+  for (const SchemeInfo& scheme : schemes()) {
+    Scene scene = netScene(randomNet(5, 10.0, 1.0, 2), scheme.scheme, 50.0);
+    std::get<Particles>(scene.objects[0].shape).masses[3] = 1e-9;
+    scene.limits.max_force = 1e308;
+    Simulation simulation(scene);
+    ForceCommand push;
+    push.particles = {3};
+    push.forces = {Eigen::Vector3d(0, 0, 1e308)};
+    ASSERT_TRUE(simulation.apply(push).accepted());
+    const StepReport report = simulation.step();
+    EXPECT_EQ(report.status, StepStatus::kFailed) << scheme.name;
+    EXPECT_NE(report.message.find("particle 3"), std::string::npos) << report.message;
+    EXPECT_EQ(simulation.state().positions, simulation.model().start.positions);
+  }
+}
+
 // Particles on one another have no direction between them; they part to their rest length.
 TEST(Stepper, CoincidentParticlesPart) {
   Particles pair;

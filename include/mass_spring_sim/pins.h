@@ -22,9 +22,10 @@ class Pins {
  public:
   explicit Pins(std::uint32_t particle_count);
 
-  /// @param command  its particles as `particles` (global); the caller has validated the rest
-  CommandResult add(const PinCommand& command, std::vector<std::uint32_t> particles,
-                    const Vectors& positions);
+  /// @param command    validated by the caller, but for what the other pins hold
+  /// @param particles  global, of this one object, not empty
+  CommandResult add(const PinCommand& command, const ModelObject& object,
+                    std::vector<std::uint32_t> particles, const Vectors& positions);
   CommandResult move(const std::string& name, const Pose& target);
   CommandResult remove(const std::string& name);
   void clear();

@@ -238,6 +238,10 @@ SubstepReport ImplicitEuler::advance(double h, const Drive& drive, State& state)
   }
   state.velocities = v_;
   for (Eigen::Index i = 0; i < v_.cols(); ++i) {
+    // Where the forces overflow there is no step: the velocity says which particle it was.
+    if (!std::isfinite(residual_.col(i).squaredNorm() / model_.masses[i])) {
+      state.velocities.col(i).setConstant(std::numeric_limits<double>::quiet_NaN());
+    }
     auto x = state.positions.col(i);
     if (drive.pinned[static_cast<std::size_t>(i)]) {
       x = drive.pin_positions.col(i);
