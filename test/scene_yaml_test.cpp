@@ -42,6 +42,19 @@ TEST(SceneYaml, KeepsEveryBitOfEveryNumber) {
             std::get<PinCommand>(scene.timeline[2].command).target.orientation.coeffs());
 }
 
+TEST(SceneYaml, KeepsEveryBitOfAnOrientation) {
+  // Angles whose quaternion is off unit length by as much as rounding makes it: it is written, and
+  // must not be normalised to other bits when it is read.
+  for (const char* angles : {"[-2.3595808198513875, 1.0650184854696612, -2.8749517232378992]",
+                             "[2.0811967694088445, -0.48383762644169304, -1.3221355255898424]",
+                             "[1.9292774577225531, 0.26446332355071345, -0.61284862881173563]",
+                             "[1.0422726253216616, 2.7677236735943103, 2.9130065320347382]"}) {
+    const Scene scene = readScene(sceneWith("timeline[2].pin.orientation", angles), "");
+    const std::string yaml = toYaml(scene);
+    EXPECT_EQ(toYaml(read(yaml)), yaml);
+  }
+}
+
 TEST(SceneYaml, SpellsOutDefaults) {
   const std::string yaml =
       toYaml(read("objects: {dot: {type: particles, positions: [[0, 0, 0]], masses: 1}}"));

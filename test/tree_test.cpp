@@ -222,6 +222,9 @@ TEST(Tree, RefusesAliasBombs) {
   }
   EXPECT_EQ(problems(bomb), Lines{"text: got too many values in line 6, expected at most 1000000, "
                                   "aliases included"});
+  // Flat, with a single anchor.
+  EXPECT_EQ(problems("- &a [" + repeat("1,", 2000) + "1]\n" + repeat("- *a\n", 1000)).size(), 1u);
+  EXPECT_EQ(problems("- &a [" + repeat("1,", 2000) + "1]\n" + repeat("- *a\n", 400)).size(), 0u);
 }
 
 TEST(Tree, RefusesMoreValuesThanAnySceneNeeds) {
