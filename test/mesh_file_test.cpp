@@ -139,10 +139,10 @@ TEST(MeshFile, FindsFilesInPackages) {
     const Variable variable("ROS_PACKAGE_PATH", "/nowhere:" + root);
     EXPECT_EQ(findMeshFile(uri, ""), root + "/meshes/b.obj");
   }
-  folder.write("work/a_package/package.xml", manifest);
+  folder.write("ros/a_package/package.xml", manifest);
   {
-    const Variable variable("ROS_PACKAGE_PATH", folder.path() + "/work");
-    EXPECT_EQ(findMeshFile(uri, ""), folder.path() + "/work/a_package/meshes/b.obj");
+    const Variable variable("ROS_PACKAGE_PATH", folder.path() + "/ros");
+    EXPECT_EQ(findMeshFile(uri, ""), folder.path() + "/ros/a_package/meshes/b.obj");
   }
   folder.write("install/share/a_package/package.xml", manifest);
   const Variable variable("CMAKE_PREFIX_PATH", folder.path() + "/install");
