@@ -21,6 +21,7 @@ class ControlTest(NodeTest):
             done += count
             self.assertTrue(response.success, response.message)
             self.assertEqual((response.step, response.sim_time), (done, done / 100.0))
+        node.states.wait_count(done)
         # Nothing else is on its way: the states of one more step end the list.
         node.step(1)
         self.assertEqual([state.step for state in node.states.messages],
