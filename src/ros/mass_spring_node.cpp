@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <memory>
@@ -63,7 +64,10 @@ void run(ros::NodeHandle& nh, Simulation& simulation) {
 
   // ROS is shut down by now. Nothing is lost with a step that takes long; its thread, which cannot
   // be interrupted, must not outlive what it works on.
-  if (!loop.stop(std::chrono::milliseconds(300))) std::_Exit(EXIT_SUCCESS);
+  if (!loop.stop(std::chrono::milliseconds(300))) {
+    std::fflush(nullptr);
+    std::_Exit(EXIT_SUCCESS);
+  }
 }
 
 }  // namespace
