@@ -88,8 +88,11 @@ Detail chooseDetail(const Model& model, double rate) {
   return Detail::kPoints;
 }
 
-/// Mean length of the structural springs, or failing those a length that suits the object's size.
+/// Mean length of the structural springs, if there are any, up to a fifth of the object's size.
 double spacing(const Model& model, const ModelObject& object) {
+  const auto start = model.start.positions.middleCols(object.first_particle, object.particle_count);
+  const double extent = (start.rowwise().maxCoeff() - start.rowwise().minCoeff()).norm();
+  const double largest = extent > 0.0 ? extent / 5.0 : 0.1;
   double sum = 0.0;
   std::size_t count = 0;
   for (std::uint32_t s = 0; s < object.spring_count; ++s) {
@@ -98,10 +101,7 @@ double spacing(const Model& model, const ModelObject& object) {
     sum += spring.rest_length;
     ++count;
   }
-  if (count > 0) return sum / count;
-  const auto start = model.start.positions.middleCols(object.first_particle, object.particle_count);
-  const double extent = (start.rowwise().maxCoeff() - start.rowwise().minCoeff()).norm();
-  return extent > 0.0 ? extent / std::cbrt(object.particle_count) : 0.1;
+  return count > 0 ? std::min(sum / count, largest) : largest;
 }
 
 }  // namespace
