@@ -39,7 +39,7 @@ run_stage() {
   else
     printf '%-8s%8s s\n' FAILED "$(elapsed_since "$start")"
     # Without the progress of make, of cmake and of tests that passed.
-    sed -E '/^\[ *[0-9]+%\]|^-- |^\[ RUN  |^\[       OK /d; s/^/    /' "$log" | tail -n 200
+    sed -E '/^\[ *[0-9]+%\]|^-- |^\[ RUN  |^\[       OK |^\[-----|^$/d; s/^/    /' "$log" | tail -n 200
     printf '    (status %d; all output in %s)\n' "$stage_status" "$log"
   fi
 }
