@@ -42,7 +42,8 @@ class BagTest(NodeTest):
         self.addCleanup(recorder.kill)
         wait_until(lambda: all(feeds(node.name, topic, '/recorder') for topic in topics[:3]),
                    'the recorder listens to the node')
-        wait_until(lambda: node.command_listeners() == [2, 2], 'the recorder listens to the commands')
+        wait_until(lambda: node.command_listeners() == [2, 2],
+                   'the recorder listens to the commands')
 
         commands = [
             ForceCommand(object='sheet', particles=[19, 18], id='push', duration=0.055,
@@ -56,8 +57,8 @@ class BagTest(NodeTest):
             self.assert_applied(node.send(command))
             states += node.step(steps)
 
-        # What reaches the recorder when it has been told to end is lost. So it first must have written
-        # all, which further steps push out of its buffers.
+        # What is on its way to the recorder when that is told to end is lost. So it must have
+        # written all before; further steps push what it has out of its buffers.
         expected = [wire_format(m) for m in commands + states + node.applied.messages]
 
         def written():

@@ -10,7 +10,7 @@ import rostest
 from geometry_msgs.msg import Vector3
 from rosgraph_msgs.msg import Log
 
-from mass_spring_sim.msg import ForceCommand, Topology
+from mass_spring_sim.msg import ForceCommand
 from mass_spring_sim.srv import Step
 from simulated_node import DEADLINE, NodeTest, motion
 
@@ -55,7 +55,7 @@ class SceneTest(NodeTest):
 class FailingStepTest(NodeTest):
 
     def check_survives(self, node, cause):
-        """Lets a step fail and sees the node live on. @param cause: called before the failing run"""
+        """Lets a step fail, after cause(), and sees the node live on."""
         log = node.record('/rosout', Log)
         undisturbed = motion(node.step(3))
         node.reset()

@@ -14,7 +14,7 @@ from mass_spring_sim.msg import ForceCommand, PinCommand, RejectedCommand
 from simulated_node import NodeTest, positions, velocities, wait_until
 
 TOOL = Header(frame_id='tool')
-# The tool stands at (1, 2, 3) in the world, turned by a quarter about z: its x axis is the world's y.
+# The tool stands at (1, 2, 3) in the world, a quarter turned about z: its x is the world's y.
 ORIGIN = numpy.array([1.0, 2.0, 3.0])
 # Round-off of a rotation whose sine and cosine are known to 1 ulp, of vectors of order 1.
 ROUND_OFF = 1e-14
@@ -31,7 +31,7 @@ class FrameTest(NodeTest):
         self.node = self.start('free_particles.yaml')
 
     def send(self, command):
-        """Sends a command until tf knows its frame: transforms come by a connection of their own."""
+        """Sends a command until its frame is known: transforms come on a topic of their own."""
         answers = []
 
         def transformed():

@@ -13,7 +13,7 @@ from simulated_node import NodeTest, positions
 
 # m. Pinned positions are prescribed, not computed: nothing but round-off may be left.
 HELD = 1e-9
-# m. In 20 steps of 0.01 s gravity makes a free particle fall by 0.2 m, and one next to a pin far more than this.
+# m. In 20 steps of 0.01 s a free particle falls by 0.2 m, one next to a pin far more than this.
 FREE = 1e-5
 
 

@@ -10,7 +10,7 @@ import rostest
 import yaml
 from std_msgs.msg import Bool, String
 
-from mass_spring_sim.msg import ParticleStates, SolverStats, Topology
+from mass_spring_sim.msg import SolverStats, Topology
 from simulated_node import NodeTest, SimulatedNode, positions
 
 

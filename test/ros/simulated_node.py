@@ -23,7 +23,7 @@ from mass_spring_sim.msg import (AppliedCommand, ForceCommand, ParticleStates, P
                                  RejectedCommand)
 from mass_spring_sim.srv import Step
 
-# s of wall time that a condition may take to come true. Long, because it only costs time where a test fails.
+# s of wall time that a condition may take to come true; only failing tests take as long.
 DEADLINE = 60.0
 SCENES = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'scenes')
 _numbers = itertools.count(1)
