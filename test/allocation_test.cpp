@@ -35,28 +35,13 @@ void* realloc(void* pointer, std::size_t size) {
 namespace mass_spring {
 namespace {
 
-Scene sheet(Scheme scheme, LinearSolver solver) {
-  Cloth cloth;
-  cloth.size = Eigen::Vector2d(1.0, 1.0);
-  cloth.resolution = {20, 20};
-  cloth.mass = 0.2;
-  cloth.stiffness = 1000.0;
-  cloth.shear_stiffness = 500.0;
-  cloth.damping = 0.1;
-  Scene scene;
-  scene.rate = 400.0;
-  scene.solver.scheme = scheme;
-  scene.solver.linear_solver = solver;
-  scene.objects.push_back({"sheet", Eigen::Vector4d(1, 1, 1, 1), cloth});
-  scene.effects.gravity = GravityOptions{Eigen::Vector3d(0, 0, -9.81)};
-  pin(scene, {0, 19});
-  return scene;
-}
-
 TEST(Allocations, NoneInAStepAfterTheFirst) {
   for (const SchemeInfo& scheme : schemes()) {
     for (LinearSolver solver : {LinearSolver::kConjugateGradient, LinearSolver::kCholesky}) {
-      Simulation simulation(sheet(scheme.scheme, solver));
+      Scene scene = hangingCloth(20, scheme.scheme);
+      scene.rate = 400.0;
+      scene.solver.linear_solver = solver;
+      Simulation simulation(scene);
       ForceCommand push;
       push.forces = {Eigen::Vector3d(0, 0.01, 0)};
       push.duration = -1.0;

@@ -49,21 +49,25 @@ double potential(const Effect& effect, const Vectors& x) {
   return energy.total();
 }
 
+Eigen::MatrixXd toDense(const StepMatrix& matrix) {
+  const std::uint32_t particles = matrix.pattern().size();
+  Eigen::MatrixXd dense(3 * particles, 3 * particles);
+  Vectors unit(3, particles), column(3, particles);
+  for (Eigen::Index c = 0; c < dense.cols(); ++c) {
+    unit.setZero();
+    unit.data()[c] = 1.0;
+    matrix.multiply(unit, column);
+    dense.col(c) = Eigen::Map<Eigen::VectorXd>(column.data(), column.size());
+  }
+  return dense;
+}
+
 /// The exact alpha_v D + alpha_x K of one effect as a dense matrix.
 Eigen::MatrixXd derivative(const Effect& effect, const Model& model, MatrixWeights weights) {
   StepMatrix matrix(model.pattern);
   matrix.setMasses(0.0, model.masses);
   EXPECT_EQ(effect.addDerivatives(model.start.positions, weights, Projection::kNone, matrix), 0u);
-  const Eigen::Index n = 3 * static_cast<Eigen::Index>(model.particleCount());
-  Eigen::MatrixXd dense(n, n);
-  Vectors unit(3, model.particleCount()), column(3, model.particleCount());
-  for (Eigen::Index c = 0; c < n; ++c) {
-    unit.setZero();
-    unit.data()[c] = 1.0;
-    matrix.multiply(unit, column);
-    dense.col(c) = Eigen::Map<Eigen::VectorXd>(column.data(), n);
-  }
-  return dense;
+  return toDense(matrix);
 }
 
 template <typename ForceAt>
@@ -176,16 +180,9 @@ TEST(Derivatives, ProjectionKeepsTheStepMatrixDefinite) {
   EXPECT_GT(find<Springs>(model).addDerivatives(model.start.positions, {1.0, 0.0, 1.0},
                                                 Projection::kWhereNeeded, matrix),
             0u);
-  const Eigen::Index n = 3 * static_cast<Eigen::Index>(model.particleCount());
-  Eigen::MatrixXd dense(n, n);
-  Vectors unit(3, model.particleCount()), column(3, model.particleCount());
-  for (Eigen::Index c = 0; c < n; ++c) {
-    unit.setZero();
-    unit.data()[c] = 1.0;
-    matrix.multiply(unit, column);
-    dense.col(c) = Eigen::Map<Eigen::VectorXd>(column.data(), n);
-  }
-  EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(dense).eigenvalues().minCoeff(), 0.0);
+  EXPECT_GT(
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(toDense(matrix)).eigenvalues().minCoeff(),
+      0.0);
 }
 
 }  // namespace

@@ -17,6 +17,24 @@ Scene netScene(Particles particles, Scheme scheme, double rate) {
   return scene;
 }
 
+Scene hangingCloth(int n, Scheme scheme) {
+  Cloth sheet;
+  sheet.size = Eigen::Vector2d(1.0, 1.0);
+  sheet.resolution = {n, n};
+  sheet.mass = 0.2;
+  sheet.stiffness = 1000.0;
+  sheet.shear_stiffness = 500.0;
+  sheet.bend_stiffness = 100.0;
+  sheet.damping = 0.1;
+  Scene scene;
+  scene.rate = 60.0;
+  scene.solver.scheme = scheme;
+  scene.objects.push_back({"sheet", Eigen::Vector4d(1, 1, 1, 1), sheet});
+  scene.effects.gravity = GravityOptions{Eigen::Vector3d(0, 0, -9.81)};
+  pin(scene, {0, static_cast<std::uint32_t>(n - 1)});
+  return scene;
+}
+
 void pin(Scene& scene, std::vector<std::uint32_t> particles) {
   scene.pins.push_back({"hold", scene.objects[0].name, std::move(particles)});
 }

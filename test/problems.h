@@ -29,6 +29,9 @@ struct Oscillator {
 /// again, masses 0.01 to 0.03 kg, rest lengths `slack` times the distances at the start.
 Particles randomNet(int n, double stiffness, double slack, unsigned seed);
 
+/// An n x n cloth of 1 m, level at the start, held at two adjacent corners, in steps of 1/60 s.
+Scene hangingCloth(int n, Scheme scheme);
+
 /// The first pin of a scene: the given particles of its first object.
 void pin(Scene& scene, std::vector<std::uint32_t> particles);
 

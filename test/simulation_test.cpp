@@ -23,24 +23,6 @@ Scene freeParticles(Scheme scheme = Scheme::kImplicitEuler) {
   return netScene(net, scheme, 100.0);
 }
 
-Scene cloth(int n, Scheme scheme) {
-  Cloth sheet;
-  sheet.size = Eigen::Vector2d(1.0, 1.0);
-  sheet.resolution = {n, n};
-  sheet.mass = 0.2;
-  sheet.stiffness = 1000.0;
-  sheet.shear_stiffness = 500.0;
-  sheet.bend_stiffness = 100.0;
-  sheet.damping = 0.1;
-  Scene scene;
-  scene.rate = 60.0;
-  scene.solver.scheme = scheme;
-  scene.objects.push_back({"sheet", Eigen::Vector4d(1, 1, 1, 1), sheet});
-  scene.effects.gravity = GravityOptions{Eigen::Vector3d(0, 0, -9.81)};
-  pin(scene, {0, static_cast<std::uint32_t>(n - 1)});
-  return scene;
-}
-
 ForceCommand force(const Eigen::Vector3d& f, std::vector<std::uint32_t> particles,
                    double duration) {
   ForceCommand command;
@@ -187,7 +169,7 @@ TEST(Commands, BadOnesAreRefusedWholeWithTheReason) {
 
 TEST(Pins, HoldAndMoveToTheirTarget) {
   for (const SchemeInfo& scheme : schemes()) {
-    Scene scene = cloth(8, scheme.scheme);
+    Scene scene = hangingCloth(8, scheme.scheme);
     scene.rate = 400.0;
     Simulation simulation(scene);
     const Vectors start = simulation.model().start.positions;
@@ -209,7 +191,7 @@ TEST(Pins, HoldAndMoveToTheirTarget) {
 }
 
 TEST(Pins, FoundByPointAndRadius) {
-  Simulation simulation(cloth(11, Scheme::kImplicitEuler));
+  Simulation simulation(hangingCloth(11, Scheme::kImplicitEuler));
   PinCommand nearest = addPin("nearest", {});
   nearest.point = Eigen::Vector3d(0.01, 0.02, 0.3);  // above the middle, particle 60
   ASSERT_TRUE(simulation.apply(nearest).accepted());
@@ -241,7 +223,7 @@ TEST(Pins, AddedWithATargetKeepTheirOffsets) {
 
 TEST(Pins, AllPinnedNeedsNoSolve) {
   for (const SchemeInfo& scheme : schemes()) {
-    Scene scene = cloth(5, scheme.scheme);
+    Scene scene = hangingCloth(5, scheme.scheme);
     scene.pins[0].particles.resize(25);
     for (std::uint32_t i = 0; i < 25; ++i) scene.pins[0].particles[i] = i;
     Simulation simulation(scene);
@@ -254,7 +236,7 @@ TEST(Pins, AllPinnedNeedsNoSolve) {
 
 TEST(Pins, TeleportedStayFinite) {
   for (Scheme scheme : {Scheme::kLinearImplicitEuler, Scheme::kImplicitEuler}) {
-    Simulation simulation(cloth(8, scheme));
+    Simulation simulation(hangingCloth(8, scheme));
     PinCommand move = addPin("hold", {});
     move.action = PinCommand::Action::kMove;
     move.target.position = Eigen::Vector3d(0, -0.5, 1.0);
@@ -297,7 +279,7 @@ TEST(Simulation, CountsTimeInWholeSteps) {
 }
 
 TEST(Simulation, ResetRestoresTheStartBitForBit) {
-  Simulation simulation(cloth(8, Scheme::kImplicitEuler));
+  Simulation simulation(hangingCloth(8, Scheme::kImplicitEuler));
   const State start = simulation.state();
   std::vector<Vectors> first;
   for (int n = 0; n < 20; ++n) {
@@ -320,7 +302,7 @@ TEST(Simulation, ResetRestoresTheStartBitForBit) {
 
 TEST(Simulation, SameSceneSameBytes) {
   for (const SchemeInfo& scheme : schemes()) {
-    Scene scene = cloth(20, scheme.scheme);
+    Scene scene = hangingCloth(20, scheme.scheme);
     scene.rate = 400.0;
     Simulation a(scene), b(scene);
     for (int n = 0; n < 30; ++n) {
@@ -334,7 +316,7 @@ TEST(Simulation, SameSceneSameBytes) {
 
 // Two sub-steps of h / 2 are two steps of h / 2.
 TEST(Simulation, SubstepsAreSmallerSteps) {
-  Scene fine = cloth(8, Scheme::kImplicitEuler);
+  Scene fine = hangingCloth(8, Scheme::kImplicitEuler);
   Scene coarse = fine;
   fine.rate = 120.0;
   coarse.solver.substeps = 2;
