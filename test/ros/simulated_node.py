@@ -163,13 +163,17 @@ class SimulatedNode:
         """How many nodes listen to this test's commands: on ~force, on ~pin."""
         return [publisher.get_num_connections() for publisher in self._publishers.values()]
 
+    def answers(self):
+        """What came on ~applied and ~rejected to commands of this test; not of a timeline."""
+        return [answer for answer in self.applied.messages + self.rejected.messages
+                if answer.sender == rospy.get_name()]
+
     def send(self, command):
         """Publishes a command; returns what came on ~applied or ~rejected in answer."""
-        applied, rejected = len(self.applied.messages), len(self.rejected.messages)
+        before = self.answers()
         self._publishers[command._type].publish(command)
-        wait_until(lambda: len(self.applied.messages) + len(self.rejected.messages) >
-                   applied + rejected, 'an answer to\n%s' % command)
-        return (self.applied.messages[applied:] + self.rejected.messages[rejected:])[0]
+        wait_until(lambda: len(self.answers()) > len(before), 'an answer to\n%s' % command)
+        return next(answer for answer in self.answers() if answer not in before)
 
     def call(self, name, service, *arguments):
         return rospy.ServiceProxy(self.topic(name), service)(*arguments)
@@ -190,9 +194,11 @@ class SimulatedNode:
 
     def step(self, steps):
         """Steps and returns the states of these steps."""
-        before = len(self.states.messages)
         last = self.call_step(steps).step
-        states = self.states.wait_count(before + steps)[before:]
+        # By its number: states of earlier steps may still be on their way.
+        states = self.states.wait(lambda states: steps == 0 or states and states[-1].step == last,
+                                  'step %d came' % last)
+        states = states[len(states) - steps:]
         if [state.step for state in states] != list(range(last - steps + 1, last + 1)):
             raise AssertionError('%d steps to %d, but the states are those of steps %s' %
                                  (steps, last, [state.step for state in states]))
