@@ -1,30 +1,61 @@
 #include "solvers/incomplete_cholesky.h"
 
 #include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "solvers/dispatch.h"
 
 namespace mass_spring {
+namespace {
+
+constexpr std::size_t kFill = std::numeric_limits<std::size_t>::max();
+
+// A particle with more later neighbours than this, the hub of a star, would couple all of them with
+// one another; its fill is left out. Cloth has 6, lattices up to 16.
+constexpr std::size_t kMostFilled = 32;
+
+}  // namespace
 
 IncompleteCholesky::IncompleteCholesky(std::shared_ptr<const BlockPattern> pattern)
-    : pattern_(std::move(pattern)),
-      row_start_(pattern_->size() + 1, 0),
-      column_(pattern_->blocks()),
-      slot_(pattern_->blocks()),
-      lower_(pattern_->blocks()),
-      scaled_(pattern_->blocks()),
-      inverse_pivot_(pattern_->size()) {
+    : pattern_(std::move(pattern)), inverse_pivot_(pattern_->size()), work_(pattern_->size()) {
+  findEntries();
+  findUpdates();
+  findColumns();
+  lower_.resize(column_.size());
+  scaled_.resize(column_.size());
+  forward_.resize(kBlock * column_.size() + 1);
+  backward_.resize(kBlock * column_.size() + 1);
+}
+
+void IncompleteCholesky::findEntries() {
   const std::uint32_t n = pattern_->size();
-  for (std::size_t s = 0; s < pattern_->blocks(); ++s) ++row_start_[pattern_->column(s) + 1];
-  for (std::uint32_t i = 0; i < n; ++i) row_start_[i + 1] += row_start_[i];
-  std::vector<std::uint32_t> next(row_start_.begin(), row_start_.end() - 1);
-  for (std::uint32_t j = 0; j < n; ++j) {
-    for (std::size_t s = pattern_->rowStart(j); s < pattern_->rowStart(j + 1); ++s) {
-      const std::uint32_t entry = next[pattern_->column(s)]++;
-      column_[entry] = j;
-      slot_[entry] = static_cast<std::uint32_t>(s);
+  std::vector<std::vector<std::pair<std::uint32_t, std::size_t>>> rows(n);  // column, slot
+  for (std::uint32_t k = 0; k < n; ++k) {
+    const std::size_t end = pattern_->rowStart(k + 1);
+    for (std::size_t s = pattern_->rowStart(k); s < end; ++s) {
+      rows[pattern_->column(s)].emplace_back(k, s);
+      // Eliminating k couples all its later neighbours.
+      if (end - pattern_->rowStart(k) > kMostFilled) continue;
+      for (std::size_t t = s + 1; t < end; ++t) {
+        rows[pattern_->column(t)].emplace_back(pattern_->column(s), kFill);
+      }
     }
   }
-  update_start_.reserve(column_.size() + 1);
-  for (std::uint32_t i = 0; i < n; ++i) {
+  row_start_.push_back(0);
+  for (auto& row : rows) {
+    std::sort(row.begin(), row.end());  // of equal columns, the block of A comes first
+    for (const auto& [column, slot] : row) {
+      if (column_.size() > row_start_.back() && column_.back() == column) continue;
+      column_.push_back(column);
+      slot_.push_back(slot);
+    }
+    row_start_.push_back(static_cast<std::uint32_t>(column_.size()));
+  }
+}
+
+void IncompleteCholesky::findUpdates() {
+  for (std::uint32_t i = 0; i < pattern_->size(); ++i) {
     for (std::uint32_t ij = row_start_[i]; ij < row_start_[i + 1]; ++ij) {
       update_start_.push_back(static_cast<std::uint32_t>(updates_.size()));
       const std::uint32_t j = column_[ij];
@@ -38,17 +69,50 @@ IncompleteCholesky::IncompleteCholesky(std::shared_ptr<const BlockPattern> patte
   update_start_.push_back(static_cast<std::uint32_t>(updates_.size()));
 }
 
-bool IncompleteCholesky::factorize(const StepMatrix& matrix) {
-  for (double shift : {0.0, 0.01, 0.1, 1.0, 10.0, 1e3, 1e6}) {
-    if (factorize(matrix, shift)) return true;
+void IncompleteCholesky::findColumns() {
+  const std::uint32_t n = pattern_->size();
+  column_start_.assign(n + 1, 0);
+  for (const std::uint32_t column : column_) ++column_start_[column + 1];
+  for (std::uint32_t j = 0; j < n; ++j) column_start_[j + 1] += column_start_[j];
+  row_.resize(column_.size());
+  entry_.resize(column_.size());
+  std::vector<std::uint32_t> next(column_start_.begin(), column_start_.end() - 1);
+  for (std::uint32_t i = 0; i < n; ++i) {
+    for (std::uint32_t e = row_start_[i]; e < row_start_[i + 1]; ++e) {
+      const std::uint32_t place = next[column_[e]]++;
+      row_[place] = i;
+      entry_[place] = e;
+    }
   }
-  std::fill(lower_.begin(), lower_.end(), Block3{});
-  for (std::uint32_t i = 0; i < pattern_->size(); ++i) {
-    if (!matrix.diagonal()[i].invert(inverse_pivot_[i])) return false;
+}
+
+bool IncompleteCholesky::factorize(const StepMatrix& matrix) {
+  bool done = false;
+  for (double shift : {0.0, 0.01, 0.1, 1.0, 10.0, 1e3, 1e6}) {
+    done = factorize(matrix, shift);
+    if (done) break;
+  }
+  if (!done) {
+    std::fill(lower_.begin(), lower_.end(), Block3{});
+    for (std::uint32_t i = 0; i < pattern_->size(); ++i) {
+      if (!matrix.diagonal()[i].invert(inverse_pivot_[i])) return false;
+    }
+  }
+  for (std::size_t e = 0; e < lower_.size(); ++e) {
+    float* const by_columns = &forward_[kBlock * e];
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c)
+        by_columns[3 * c + r] = static_cast<float>(lower_[e].a[3 * r + c]);
+    }
+  }
+  for (std::size_t u = 0; u < lower_.size(); ++u) {
+    float* const by_rows = &backward_[kBlock * u];
+    for (int k = 0; k < 9; ++k) by_rows[k] = static_cast<float>(lower_[entry_[u]].a[k]);
   }
   return true;
 }
 
+MASS_SPRING_DISPATCH
 bool IncompleteCholesky::factorize(const StepMatrix& matrix, double shift) {
   for (std::uint32_t i = 0; i < pattern_->size(); ++i) {
     SymmetricBlock pivot = matrix.diagonal()[i];
@@ -56,7 +120,7 @@ bool IncompleteCholesky::factorize(const StepMatrix& matrix, double shift) {
       pivot += SymmetricBlock::isotropic(shift * (pivot.xx + pivot.yy + pivot.zz) / 3.0);
     }
     for (std::uint32_t ij = row_start_[i]; ij < row_start_[i + 1]; ++ij) {
-      Block3 w = Block3::from(matrix.upper()[slot_[ij]]);
+      Block3 w = slot_[ij] == kFill ? Block3{} : Block3::from(matrix.upper()[slot_[ij]]);
       for (std::uint32_t u = update_start_[ij]; u < update_start_[ij + 1]; ++u) {
         w.subtractProductTransposed(scaled_[updates_[u].ik], lower_[updates_[u].jk]);
       }
@@ -69,27 +133,32 @@ bool IncompleteCholesky::factorize(const StepMatrix& matrix, double shift) {
   return true;
 }
 
-void IncompleteCholesky::apply(const Vectors& r, Vectors& z) const {
+MASS_SPRING_DISPATCH
+void IncompleteCholesky::apply(const Vectors& r, Vectors& z) {
   const std::uint32_t n = pattern_->size();
-  double* out = z.data();
-  const double* in = r.data();
+  // Residuals of any size fit into floats once they are scaled.
+  const double size = r.cwiseAbs().maxCoeff();
+  const double scale = size > 0.0 ? 1.0 / size : 1.0;
   for (std::uint32_t i = 0; i < n; ++i) {
-    double y[3] = {in[3 * i], in[3 * i + 1], in[3 * i + 2]};
+    const Eigen::Vector3f start = (scale * r.col(i)).cast<float>();
+    Eigen::Array4f y(start[0], start[1], start[2], 0.0f);
     for (std::uint32_t e = row_start_[i]; e < row_start_[i + 1]; ++e) {
-      lower_[e].multiplySubtract(out + 3 * column_[e], y);
+      multiplySubtract(&forward_[kBlock * e], work_[column_[e]], y);
     }
-    out[3 * i] = y[0], out[3 * i + 1] = y[1], out[3 * i + 2] = y[2];
-  }
-  for (std::uint32_t i = 0; i < n; ++i) {
-    const double y[3] = {out[3 * i], out[3 * i + 1], out[3 * i + 2]};
-    out[3 * i] = out[3 * i + 1] = out[3 * i + 2] = 0.0;
-    inverse_pivot_[i].multiplyAdd(y, out + 3 * i);
+    work_[i] = y;
   }
   for (std::uint32_t i = n; i-- > 0;) {
-    const double* x = out + 3 * i;
-    for (std::uint32_t e = row_start_[i]; e < row_start_[i + 1]; ++e) {
-      lower_[e].multiplyTransposedSubtract(x, out + 3 * column_[e]);
+    const double y[3] = {work_[i][0], work_[i][1], work_[i][2]};
+    double v[3] = {0.0, 0.0, 0.0};
+    inverse_pivot_[i].multiplyAdd(y, v);
+    Eigen::Array4f x(static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2]),
+                     0.0f);
+    // The nearest last: it is the latest to be known.
+    for (std::uint32_t u = column_start_[i + 1]; u-- > column_start_[i];) {
+      multiplySubtract(&backward_[kBlock * u], work_[row_[u]], x);
     }
+    work_[i] = x;
+    z.col(i) = size * x.head<3>().cast<double>().matrix();
   }
 }
 

@@ -4,6 +4,8 @@
 #include <Eigen/SparseCore>
 #include <limits>
 
+#include "solvers/dispatch.h"
+
 namespace mass_spring {
 namespace {
 
@@ -96,6 +98,7 @@ void SparseCholesky::reserve() {
   permuted_.resize(3, n);
 }
 
+MASS_SPRING_DISPATCH
 bool SparseCholesky::factorize(const StepMatrix& matrix) {
   const std::uint32_t n = pattern_->size();
   if (inverse_pivot_.size() != n) reserve();

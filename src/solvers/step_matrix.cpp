@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "solvers/dispatch.h"
+
 namespace mass_spring {
 
 StepMatrix::StepMatrix(std::shared_ptr<const BlockPattern> pattern)
@@ -19,6 +21,7 @@ void StepMatrix::setMasses(double weight, const Eigen::VectorXd& masses) {
   std::fill(upper_.begin(), upper_.end(), SymmetricBlock{});
 }
 
+MASS_SPRING_DISPATCH
 void StepMatrix::multiply(const Vectors& x, Vectors& y) const {
   const std::uint32_t n = pattern_->size();
   const double* in = x.data();
