@@ -68,3 +68,10 @@ configure_and_build() {
   cmake -S . -B "$folder" -DPYTHON_EXECUTABLE=/usr/bin/python3 "$@"
   cmake --build "$folder" --parallel "$(nproc)" --target "${targets[@]}"
 }
+
+# The build that scripts/run starts and that users source. Its devel folder lies beside build/, not in
+# it: rosrun overlooks what is in a folder build of the package.
+build_node() {
+  stage "build" configure_and_build build/run all -DCATKIN_DEVEL_PREFIX="$PWD/devel"
+  source_setup devel/setup.bash
+}
