@@ -75,7 +75,7 @@ TEST(ClothBuilder, TrianglesCoverTheSheetAndFaceUp) {
     EXPECT_NEAR(normal.normalized().dot(up), 1.0, 1e-12);  // of differences 1/5 m long
     area += normal.norm() / 2.0;
   }
-  EXPECT_NEAR(area, 1.5 * 0.8, 1e-12);
+  EXPECT_NEAR(area, 1.5 * 0.8, 1e-12);  // rounding of a sum of the triangles
 }
 
 // REP 103: roll about x first, then pitch about y, then yaw about z, all axes fixed.

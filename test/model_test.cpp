@@ -9,6 +9,7 @@ namespace {
 
 TEST(Builders, MassIsSharedEqually) {
   const auto expectShared = [](const Model& model, double mass) {
+    // Each addition rounds by 1e-16 of the sum.
     EXPECT_NEAR(model.masses.sum(), mass, 1e-14 * mass * model.particleCount());
     EXPECT_EQ(model.masses.minCoeff(), model.masses.maxCoeff());
   };
