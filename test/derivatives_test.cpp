@@ -147,6 +147,49 @@ TEST(Derivatives, DampingMatrix) {
   EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(d).eigenvalues().minCoeff(), -1e-12);
 }
 
+/// df of all effects along (dx, dv) against central differences of their forces.
+void expectForceDerivative(const Model& model, const Vectors& dx, const Vectors& dv) {
+  const Vectors& x = model.start.positions;
+  const Vectors& v = model.start.velocities;
+  for (const auto& effect : model.effects) {
+    Vectors df = Vectors::Zero(3, x.cols());
+    effect->addForceDerivative(x, v, dx, dv, df);
+    const Vectors expected = (forces(*effect, x + kStep * dx, v + kStep * dv) -
+                              forces(*effect, x - kStep * dx, v - kStep * dv)) /
+                             (2.0 * kStep);
+    EXPECT_LT((df - expected).cwiseAbs().maxCoeff(), kTolerance) << effect->name();
+    if (effect->name() != "gravity") EXPECT_GT(df.norm(), 1.0) << effect->name();
+  }
+}
+
+// Along x alone, too: there the damping's dependence on the positions shows unmixed.
+TEST(Derivatives, ForceDerivativeIsExact) {
+  for (double slack : {0.7, 1.4}) {  // tension and compression, nothing is projected
+    const Model model = netModel(slack);
+    const Vectors dx = model.start.positions.colwise().reverse();
+    const Vectors dv = 2.0 * model.start.positions;
+    expectForceDerivative(model, dx, dv);
+    expectForceDerivative(model, dx, 0.0 * dv);
+  }
+}
+
+// The step matrix has the same derivatives but for the damping's dependence on the positions.
+TEST(Derivatives, ForceDerivativeAgreesWithTheMatrix) {
+  const Model model = netModel(1.4);
+  const Vectors dx = model.start.positions.colwise().reverse();
+  const Vectors rest = Vectors::Zero(3, dx.cols());
+  StepMatrix matrix(model.pattern);
+  for (const auto& effect : model.effects) {
+    matrix.setMasses(0.0, model.masses);
+    effect->addDerivatives(model.start.positions, {0.0, 2.0, 1.0}, Projection::kNone, matrix);
+    Vectors product(3, dx.cols()), df = Vectors::Zero(3, dx.cols());
+    matrix.multiply(dx, product);
+    effect->addForceDerivative(model.start.positions, rest, dx, 2.0 * dx, df);
+    // 1e-12: sums of some numbers of size k, one after the other.
+    EXPECT_LT((product + df).cwiseAbs().maxCoeff(), 1e-12 * kStiffness) << effect->name();
+  }
+}
+
 TEST(Derivatives, DissipationIsHalfThePowerLost) {
   const Model model = netModel(0.7);
   const Effect& damping = find<SpringDamping>(model);

@@ -45,6 +45,11 @@ class Effect {
   virtual void addForces(const Vectors& positions, const Vectors& velocities,
                          Vectors& forces) const = 0;
 
+  /// df += (df/dx) dx + (df/dv) dv: how the forces change with positions and velocities, exactly
+  /// and unprojected, also where the step matrix leaves terms out.
+  virtual void addForceDerivative(const Vectors& /*x*/, const Vectors& /*v*/, const Vectors& /*dx*/,
+                                  const Vectors& /*dv*/, Vectors& /*df*/) const {}
+
   /// Names the pairs of particles whose blocks the matrix needs; then looks them up, once.
   virtual void addPattern(PatternBuilder& /*pattern*/) const {}
   virtual void findSlots(const BlockPattern& /*pattern*/) {}

@@ -32,6 +32,25 @@ void SpringDamping::addForces(const Vectors& positions, const Vectors& velocitie
   }
 }
 
+// With d = x_j - x_i = l n and w = v_j - v_i, f_i = k_d (w . n) n changes by
+//   df_i = k_d [(dw . n + w . dn) n + (w . n) dn],  dn = (I - n n^T) dd / l.
+// Where the ends coincide n is a constant that stands in for a direction, and dn = 0.
+void SpringDamping::addForceDerivative(const Vectors& x, const Vectors& v, const Vectors& dx,
+                                       const Vectors& dv, Vectors& df) const {
+  for (const Element& e : elements_) {
+    const SpringDirection direction(x.col(e.j) - x.col(e.i));
+    const Eigen::Vector3d& n = direction.n;
+    const Eigen::Vector3d dd = dx.col(e.j) - dx.col(e.i);
+    Eigen::Vector3d dn = Eigen::Vector3d::Zero();
+    if (direction.length > 0.0) dn = (dd - n.dot(dd) * n) / direction.length;
+    const Eigen::Vector3d w = v.col(e.j) - v.col(e.i);
+    const Eigen::Vector3d dw = dv.col(e.j) - dv.col(e.i);
+    const Eigen::Vector3d f = e.damping * ((dw.dot(n) + w.dot(dn)) * n + w.dot(n) * dn);
+    df.col(e.i) += f;
+    df.col(e.j) -= f;
+  }
+}
+
 void SpringDamping::addPattern(PatternBuilder& pattern) const {
   for (const Element& e : elements_) pattern.couple(e.i, e.j);
 }

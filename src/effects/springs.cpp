@@ -51,6 +51,20 @@ void Springs::addForces(const Vectors& positions, const Vectors& /*velocities*/,
   }
 }
 
+void Springs::addForceDerivative(const Vectors& x, const Vectors& /*v*/, const Vectors& dx,
+                                 const Vectors& /*dv*/, Vectors& df) const {
+  for (const Element& e : elements_) {
+    const Eigen::Vector3d d = x.col(e.j) - x.col(e.i);
+    // Where the ends coincide there is no exact derivative.
+    const bool project = !std::isfinite(transverseRatio(d.norm(), e.rest_length));
+    const Eigen::Vector3d change = dx.col(e.j) - dx.col(e.i);
+    double f[3] = {0.0, 0.0, 0.0};
+    springStiffness(d, e.stiffness, e.rest_length, project).multiplyAdd(change.data(), f);
+    df.col(e.i) += Eigen::Map<const Eigen::Vector3d>(f);
+    df.col(e.j) -= Eigen::Map<const Eigen::Vector3d>(f);
+  }
+}
+
 void Springs::addPattern(PatternBuilder& pattern) const {
   for (const Element& e : elements_) pattern.couple(e.i, e.j);
 }

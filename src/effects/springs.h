@@ -24,6 +24,8 @@ class Springs : public Effect {
   void addEnergy(const Vectors& positions, Energy& energy) const override;
   void addForces(const Vectors& positions, const Vectors& velocities,
                  Vectors& forces) const override;
+  void addForceDerivative(const Vectors& x, const Vectors& v, const Vectors& dx, const Vectors& dv,
+                          Vectors& df) const override;
   void addPattern(PatternBuilder& pattern) const override;
   void findSlots(const BlockPattern& pattern) override;
   std::uint32_t addDerivatives(const Vectors& positions, const MatrixWeights& weights,
