@@ -6,10 +6,15 @@ namespace mass_spring {
 
 const std::vector<SchemeInfo>& schemes() {
   static const std::vector<SchemeInfo> table = {
-      {Scheme::kExplicitEuler, "explicit_euler", 1, false},
-      {Scheme::kSymplecticEuler, "symplectic_euler", 1, false},
-      {Scheme::kLinearImplicitEuler, "linear_implicit_euler", 1, true},
-      {Scheme::kImplicitEuler, "implicit_euler", 1, true},
+      {Scheme::kExplicitEuler, "explicit_euler", 1, false, false},
+      {Scheme::kSymplecticEuler, "symplectic_euler", 1, false, false},
+      {Scheme::kRk4, "rk4", 4, false, true},
+      {Scheme::kLinearImplicitEuler, "linear_implicit_euler", 1, true, false},
+      {Scheme::kImplicitEuler, "implicit_euler", 1, true, false},
+      {Scheme::kImplicitMidpoint, "implicit_midpoint", 2, true, false},
+      {Scheme::kBdf2, "bdf2", 2, true, false},
+      {Scheme::kTrBdf2, "tr_bdf2", 2, true, true},
+      {Scheme::kRos3, "ros3", 3, true, true},
   };
   return table;
 }

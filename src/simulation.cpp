@@ -91,6 +91,7 @@ void Simulation::reset() {
   state_ = model_.start;
   totals_ = StepTotals();
   next_timed_command_ = 0;
+  stepper_->restart();
   clearForces();
   restorePins();
 }

@@ -59,7 +59,7 @@ TEST(SceneYaml, SpellsOutDefaults) {
   const std::string yaml =
       toYaml(read("objects: {dot: {type: particles, positions: [[0, 0, 0]], masses: 1}}"));
   for (const char* line :
-       {"frame_id: world\n", "rate: 100.0\n", "start_paused: false\n", "  scheme: implicit_euler\n",
+       {"frame_id: world\n", "rate: 100.0\n", "start_paused: false\n", "  scheme: tr_bdf2\n",
         "  newton_tolerance: 1.0e-06\n", "  markers: 30.0\n", "  max_force: 1000000.0\n",
         "    velocities: [[0.0, 0.0, 0.0]]\n"}) {
     EXPECT_NE(yaml.find(line), std::string::npos) << line << yaml;

@@ -10,8 +10,13 @@ namespace mass_spring {
 enum class Scheme {
   kExplicitEuler,        ///< eq. 10-11
   kSymplecticEuler,      ///< velocities first, then positions with the new velocities
+  kRk4,                  ///< the classical Runge-Kutta method
   kLinearImplicitEuler,  ///< eq. 16/19: implicit Euler after one Newton iteration from x_n
   kImplicitEuler,        ///< eq. 12-13, solved by Newton's method
+  kImplicitMidpoint,     ///< keeps energy on linear problems; not stable on stiff nonlinear ones
+  kBdf2,                 ///< two-step backward differentiation, for variable steps
+  kTrBdf2,               ///< trapezoidal rule, then BDF2, in one step (Bank et al. 1985)
+  kRos3,                 ///< Rosenbrock method of three stages (Sandu et al. 1997)
 };
 
 /// What is known of a scheme before it is run.
@@ -20,6 +25,7 @@ struct SchemeInfo {
   std::string name;  ///< as in scene files
   int order;         ///< global error O(h^order)
   bool implicit;     ///< solves a system each step; stable at any step on linear problems
+  bool estimates;    ///< gives an estimate of each step's error
 };
 
 /// All schemes, in the order of the enumeration.
@@ -40,9 +46,9 @@ const std::string& name(LinearSolver solver);
 std::optional<LinearSolver> linearSolverFromName(const std::string& name);
 
 struct SolverOptions {
-  Scheme scheme = Scheme::kImplicitEuler;
+  Scheme scheme = Scheme::kTrBdf2;
   int substeps = 1;                ///< equal sub-steps of each step, [1, 100000]
-  double newton_tolerance = 1e-6;  ///< displacement per sub-step / mean rest length, (0, 1)
+  double newton_tolerance = 1e-6;  ///< error of a displacement / mean rest length, (0, 1)
   int max_newton_iterations = 20;  ///< [1, 1000]
   LinearSolver linear_solver = LinearSolver::kAuto;
   double linear_tolerance = 1e-6;    ///< |b - A x| / |b|, (0, 1)

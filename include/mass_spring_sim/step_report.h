@@ -25,6 +25,9 @@ struct StepReport {
   std::uint32_t projected_springs = 0;  ///< whose stiffness was made positive semidefinite
   std::uint32_t rejected = 0;           ///< attempts thrown away and redone another way
   double residual = 0.0;                ///< largest relative residual of the equations solved
+  /// m, sum of the sub-steps' estimates (root mean square over the free particles); -1 = the scheme
+  /// has no estimate.
+  double estimated_error = -1.0;
 };
 
 /// Sums over the steps since start or reset.

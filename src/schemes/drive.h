@@ -1,16 +1,19 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "mass_spring_sim/state.h"
 
 namespace mass_spring {
 
-/// What acts on the particles from outside during one sub-step.
+/// What acts on the particles from outside during one sub-step. A pinned particle moves evenly with
+/// the velocity that it has in the state; nothing accelerates it.
 struct Drive {
   const std::vector<char>& pinned;  ///< per particle
-  const Vectors& pin_positions;     ///< m, at the end of the sub-step; columns of pinned particles
   const Vectors* loads;             ///< N per particle, or nullptr for none
+
+  bool isPinned(Eigen::Index i) const { return pinned[static_cast<std::size_t>(i)] != 0; }
 };
 
 /// How one sub-step went.
@@ -20,7 +23,8 @@ struct SubstepReport {
   std::uint32_t linear_iterations = 0;
   std::uint32_t factorizations = 0;
   std::uint32_t projected_springs = 0;
-  double residual = 0.0;  ///< relative
+  double residual = 0.0;        ///< relative
+  double estimated_error = -1;  ///< m, root mean square over the free particles; -1 = none
 };
 
 }  // namespace mass_spring

@@ -5,18 +5,23 @@
 
 namespace mass_spring {
 
-/// One force evaluation a step: explicit Euler (course notes eq. 10-11) moves with the old
-/// velocities, symplectic Euler with the new ones.
+/// Schemes that only evaluate forces: explicit Euler (course notes eq. 10-11) moves with the old
+/// velocities, symplectic Euler with the new ones; rk4 is the classical Runge-Kutta method.
 class ExplicitScheme {
  public:
-  ExplicitScheme(const Model& model, bool symplectic);
+  ExplicitScheme(const Model& model, Scheme scheme);
   /// Advances positions and velocities by h [s].
   SubstepReport advance(double h, const Drive& drive, State& state);
 
  private:
+  void advanceEuler(double h, const Drive& drive, State& state);
+  void advanceRungeKutta(double h, const Drive& drive, State& state, SubstepReport& report);
+  void findAccelerations(const Drive& drive, const Vectors& positions, const Vectors& velocities);
+
   const Model& model_;
-  bool symplectic_;
-  Vectors forces_;
+  Scheme scheme_;
+  Vectors accelerations_;
+  Vectors x_, v_, sum_x_, sum_v_, last_v_;  // only for rk4
 };
 
 }  // namespace mass_spring

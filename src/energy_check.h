@@ -1,0 +1,46 @@
+#pragma once
+
+#include "effects/effect.h"
+#include "mass_spring_sim/model.h"
+#include "schemes/drive.h"
+
+namespace mass_spring {
+
+/// Compares the energy after a step with the energy before it and the work done from outside:
+/// forces times displacements, and what pins do by moving. Pinned particles have no kinetic energy
+/// here, as their motion is prescribed.
+class EnergyCheck {
+ public:
+  explicit EnergyCheck(const Model& model);
+
+  /// @param h         s, the step
+  /// @param state     before the step, pinned particles with the velocities they will have
+  void start(double h, const State& state, const Drive& drive);
+  /// Does the state after the step hold more energy than it can have? By no more than a small part
+  /// in one step, which second-order schemes gain and lose in turn; and by less still over all
+  /// steps since restart(), so that small gains do not add up.
+  bool gained(const State& end, const Drive& drive);
+  /// The step that was checked last has been taken.
+  void accept();
+  void restart() { balance_ = 0.0; }
+
+ private:
+  Energy energyOfFree(const Vectors& positions, const Vectors& velocities,
+                      const Drive& drive) const;
+  /// What the pins do to the particles by moving [W].
+  double pinPower(const State& state, const Drive& drive);
+
+  const Model& model_;
+  double stiffness_ = 0.0;  // N/m, sum over the springs
+  double mass_ = 0.0;       // kg, sum over the particles
+  double balance_ = 0.0;    // J, gained since restart(); what was dissipated makes it negative
+  double gain_ = 0.0, scale_ = 0.0, noise_ = 0.0;  // J, of the step checked last
+  double h_ = 0.0;
+  Energy before_;
+  double pins_alone_ = 0.0;  // J, what the pins would do if all others stayed where they are
+  double power_ = 0.0;       // W, of the pins at the start
+  bool pins_move_ = false;
+  Vectors start_, scratch_;
+};
+
+}  // namespace mass_spring

@@ -1,0 +1,185 @@
+#include "schemes/newton.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace mass_spring {
+namespace {
+
+/// What a displacement is small against: the mean rest length of the springs; without springs
+/// nothing is nonlinear and any length will do.
+double characteristicLength(const Model& model) {
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (const Spring& s : model.springs) {
+    if (s.rest_length > 0.0 && (s.stiffness > 0.0 || s.damping > 0.0)) {
+      sum += s.rest_length;
+      ++count;
+    }
+  }
+  return count > 0 ? sum / static_cast<double>(count) : std::numeric_limits<double>::infinity();
+}
+
+// The largest relative residual a linear system may keep, and that of the first iteration.
+constexpr double kLoosest = 0.1;
+constexpr double kFirst = 0.01;
+
+}  // namespace
+
+Newton::Newton(const Model& model, const SolverOptions& options, StepSystem& system)
+    : model_(model), options_(options), length_(characteristicLength(model)), system_(system) {
+  for (Vectors* vectors : {&x_, &forces_, &residual_, &right_side_, &delta_, &v_before_, &rest_}) {
+    vectors->setZero(3, model.particleCount());
+  }
+}
+
+void Newton::evaluate(const Stage& stage, const Drive& drive, const Vectors& v) {
+  x_ = stage.positions + stage.weight * v;
+  sumForces(model_, drive.loads, x_, v, forces_);
+  Energy energy;
+  double dissipated = 0.0;
+  for (const auto& effect : model_.effects) {
+    effect->addEnergy(x_, energy);
+    dissipated += stage.weight * effect->dissipation(x_, v);
+  }
+  double square = 0.0, inertia = 0.0, load = 0.0;
+  for (Eigen::Index i = 0; i < v.cols(); ++i) {
+    if (drive.isPinned(i)) {
+      residual_.col(i).setZero();
+      continue;
+    }
+    const double mass = model_.masses[i];
+    const Eigen::Vector3d change = v.col(i) - stage.velocities.col(i);
+    residual_.col(i) = mass * change - stage.weight * forces_.col(i);
+    square += residual_.col(i).squaredNorm() / mass;
+    inertia += 0.5 * mass * change.squaredNorm();
+    if (drive.loads) load += stage.weight * drive.loads->col(i).dot(v.col(i));
+  }
+  residual_norm_ = std::sqrt(square);
+  potential_.value = inertia + energy.elastic + energy.gravity + dissipated - load;
+  // 1e-13: a few hundred roundings of the largest terms.
+  potential_.noise =
+      1e-13 * (inertia + energy.elastic + std::abs(energy.gravity) + dissipated + std::abs(load));
+}
+
+double Newton::searchLine(const Stage& stage, const Drive& drive, bool strict, Vectors& v) {
+  const double norm_before = residual_norm_;
+  const double slope = residual_.cwiseProduct(delta_).sum();
+  const Potential before = potential_;
+  v_before_ = v;
+  double alpha = 1.0;
+  for (int halvings = 0; halvings < 40; ++halvings, alpha *= 0.5) {
+    v = v_before_ + alpha * delta_;
+    evaluate(stage, drive, v);
+    // Armijo's rule; where the change drowns in rounding, and where the damping's dependence on x
+    // keeps g from being the gradient of Phi, a smaller residual decides.
+    if (potential_.value <= before.value + 1e-4 * alpha * slope) return alpha;
+    const bool drowned =
+        std::abs(potential_.value - before.value) <= before.noise + potential_.noise;
+    if ((drowned || !strict) && residual_norm_ <= (1.0 - 1e-4 * alpha) * norm_before) return alpha;
+  }
+  v = v_before_;
+  evaluate(stage, drive, v);
+  return 0.0;
+}
+
+LinearSystem::Result Newton::solveForStep(const Stage& stage, const Drive& drive, double tolerance,
+                                          bool& exact, SubstepReport& report) {
+  right_side_ = -residual_;
+  for (;;) {
+    system_.assemble(stage.weight, x_, exact ? Projection::kNone : Projection::kWhereNeeded,
+                     report);
+    system_.decouple(drive.pinned);
+    delta_.setZero();
+    const LinearSystem::Result result = system_.solve(right_side_, tolerance, delta_, report);
+    if (!exact || !result.indefinite) return result;
+    exact = false;
+  }
+}
+
+bool Newton::iterate(const Stage& stage, const Drive& drive, bool strict, Vectors& v,
+                     SubstepReport& report) {
+  evaluate(stage, drive, v);
+  double lightest = std::numeric_limits<double>::infinity();
+  for (Eigen::Index i = 0; i < v.cols(); ++i) {
+    if (!drive.isPinned(i)) lightest = std::min(lightest, model_.masses[i]);
+  }
+  if (!std::isfinite(lightest)) return true;  // all are pinned: nothing is unknown
+
+  // A >= M, so w |g|_{M^-1} bounds the mass-weighted displacement that is still missing.
+  const double residual_scale = stage.weight / (std::sqrt(lightest) * length_);
+  const double floor = std::min(options_.linear_tolerance, kLoosest);
+  bool exact = true;
+  double linear_tolerance = std::max(kFirst, floor);
+  double step_before = 0.0;  // of the iteration before, if that went all the way
+  for (int iteration = 0;; ++iteration) {
+    const double bound = residual_scale * residual_norm_;
+    if (bound <= options_.newton_tolerance && iteration > 0) {
+      report.residual = std::max(report.residual, bound);
+      return true;
+    }
+    if (iteration == options_.max_newton_iterations || !std::isfinite(residual_norm_)) {
+      report.residual = std::max(report.residual, bound);
+      return false;
+    }
+    const double norm_before = residual_norm_;
+    const LinearSystem::Result linear = solveForStep(stage, drive, linear_tolerance, exact, report);
+    const double step =
+        stage.weight * std::sqrt(delta_.colwise().squaredNorm().maxCoeff()) / length_;
+    const double share = searchLine(stage, drive, strict, v);
+    // Where steps shrink by a factor q, q / (1 - q) of the last one is still missing (Hairer and
+    // Wanner 1996, IV.8); a step that is itself below the tolerance ends the iteration also where
+    // the residual has reached its rounding errors.
+    const double q = step_before > 0.0 ? step / step_before : 1.0;
+    const double missing = q < 0.5 ? step * std::max(q / (1.0 - q), linear.residual) : step;
+    if (linear.converged && (share == 1.0 || share == 0.0) &&
+        missing <= options_.newton_tolerance) {
+      report.residual = std::max(report.residual, missing);
+      return true;
+    }
+    if (share == 0.0) {
+      report.residual = std::max(report.residual, residual_scale * residual_norm_);
+      return false;
+    }
+    const double reduction = residual_norm_ / norm_before;
+    linear_tolerance = std::clamp(0.9 * reduction * reduction, floor, kLoosest);
+    step_before = share == 1.0 ? step : 0.0;
+    // Near the solution the exact matrix is definite, and only it converges quadratically.
+    exact = exact || reduction < 0.5;
+  }
+}
+
+void Newton::solve(const Stage& stage, const Drive& drive, Vectors& v, SubstepReport& report) {
+  if (!iterate(stage, drive, false, v, report)) report.converged = false;
+  markOverflow(v);
+}
+
+void Newton::solveBelowRest(const Stage& stage, const Drive& drive, Vectors& v,
+                            SubstepReport& report) {
+  rest_ = v;
+  for (Eigen::Index i = 0; i < v.cols(); ++i) {
+    if (!drive.isPinned(i)) rest_.col(i).setZero();
+  }
+  evaluate(stage, drive, rest_);
+  const Potential at_rest = potential_;
+  bool converged = iterate(stage, drive, false, v, report);
+  // A root of g that lies above rest would add energy; descending from rest cannot.
+  if (!(potential_.value <= at_rest.value + at_rest.noise + potential_.noise)) {
+    v = rest_;
+    converged = iterate(stage, drive, true, v, report);
+  }
+  if (!converged) report.converged = false;
+  markOverflow(v);
+}
+
+void Newton::markOverflow(Vectors& v) const {
+  // Where the forces overflow there is no step: the velocity says which particle it was.
+  for (Eigen::Index i = 0; i < v.cols(); ++i) {
+    if (!std::isfinite(residual_.col(i).squaredNorm() / model_.masses[i])) {
+      v.col(i).setConstant(std::numeric_limits<double>::quiet_NaN());
+    }
+  }
+}
+
+}  // namespace mass_spring

@@ -1,0 +1,65 @@
+#pragma once
+
+#include "mass_spring_sim/model.h"
+#include "schemes/step_system.h"
+
+namespace mass_spring {
+
+/// One implicit stage of any scheme, with the velocities v at its end as unknowns:
+///   x = positions + weight v,   g(v) = M (v - velocities) - weight f(x, v) = 0.
+/// Implicit Euler (course notes eq. 12-13) has weight = h and the state before the step as base.
+struct Stage {
+  double weight;              ///< s
+  const Vectors& positions;   ///< m
+  const Vectors& velocities;  ///< m/s
+};
+
+/// Newton's method for the stages of all implicit schemes, with a line search on the incremental
+/// potential
+///   Phi(v) = |v - velocities|^2_M / 2 + U(x) + weight Q(x, v) - weight F . v,
+/// whose gradient is g (but for the dependence of Q on x). The matrix is the exact one until it
+/// turns out indefinite; from then on compressed springs are projected where the masses alone could
+/// not keep it definite. Linear systems are solved only as exactly as the iteration can use
+/// (Eisenstat and Walker 1996).
+/// Ends when the error left in the displacements, estimated from the last step and the rate at
+/// which steps shrink, is below newton_tolerance times the mean rest length for every particle: a
+/// criterion that knows no units.
+class Newton {
+ public:
+  Newton(const Model& model, const SolverOptions& options, StepSystem& system);
+
+  /// @param v  a first guess that the root replaces; pinned columns are kept. Unconverged, it is
+  ///           the best iterate; where forces overflow, not a number.
+  void solve(const Stage& stage, const Drive& drive, Vectors& v, SubstepReport& report);
+  /// The same, with a result that lies not above Phi at rest (v = 0 for the free): then a step of
+  /// implicit Euler gains no energy, since Phi(rest) = |v_n|^2_M / 2 + U_n.
+  void solveBelowRest(const Stage& stage, const Drive& drive, Vectors& v, SubstepReport& report);
+
+ private:
+  struct Potential {
+    double value, noise;  // J; the rounding error in it
+  };
+  /// Positions, forces, g and Phi at v.
+  void evaluate(const Stage& stage, const Drive& drive, const Vectors& v);
+  /// @param strict  only ever lower Phi
+  bool iterate(const Stage& stage, const Drive& drive, bool strict, Vectors& v,
+               SubstepReport& report);
+  /// delta_ = -A^-1 g. Tries the exact matrix if told so; where it turns out indefinite, projects
+  /// and clears `exact`.
+  LinearSystem::Result solveForStep(const Stage& stage, const Drive& drive, double tolerance,
+                                    bool& exact, SubstepReport& report);
+  /// Steps along delta_. @return the share taken, 0 if there is none that helps
+  double searchLine(const Stage& stage, const Drive& drive, bool strict, Vectors& v);
+  void markOverflow(Vectors& v) const;
+
+  const Model& model_;
+  SolverOptions options_;
+  double length_;  // m, what newton_tolerance is relative to
+  StepSystem& system_;
+  Vectors x_, forces_, residual_;  // at the iterate
+  Potential potential_{0.0, 0.0};
+  double residual_norm_ = 0.0;  // sqrt(g^T M^-1 g) [kg^1/2 m/s]
+  Vectors right_side_, delta_, v_before_, rest_;
+};
+
+}  // namespace mass_spring

@@ -1,0 +1,47 @@
+#include "schemes/step_system.h"
+
+#include <cmath>
+
+namespace mass_spring {
+
+StepSystem::StepSystem(const Model& model, const SolverOptions& options)
+    : model_(model), matrix_(model.pattern), system_(model.pattern, options) {}
+
+void StepSystem::assemble(double w, const Vectors& x, Projection projection,
+                          SubstepReport& report) {
+  const MatrixWeights weights{1.0, w, w * w};
+  matrix_.setMasses(weights.mass, model_.masses);
+  for (const auto& effect : model_.effects) {
+    report.projected_springs += effect->addDerivatives(x, weights, projection, matrix_);
+  }
+  ++report.newton_iterations;
+}
+
+void StepSystem::decouple(const std::vector<char>& pinned) { matrix_.decouple(pinned); }
+
+LinearSystem::Result StepSystem::solve(const Vectors& b, double /*tolerance*/, Vectors& x,
+                                       SubstepReport& report) {
+  const LinearSystem::Result result = system_.solve(matrix_, b, x);
+  report.linear_iterations += result.iterations;
+  report.factorizations += result.factorizations;
+  return result;
+}
+
+void clearPinned(const Drive& drive, Vectors& a) {
+  for (Eigen::Index i = 0; i < a.cols(); ++i) {
+    if (drive.isPinned(i)) a.col(i).setZero();
+  }
+}
+
+double rootMeanSquare(const Drive& drive, const Vectors& a) {
+  double sum = 0.0;
+  Eigen::Index free = 0;
+  for (Eigen::Index i = 0; i < a.cols(); ++i) {
+    if (drive.isPinned(i)) continue;
+    sum += a.col(i).squaredNorm();
+    ++free;
+  }
+  return free > 0 ? std::sqrt(sum / static_cast<double>(free)) : 0.0;
+}
+
+}  // namespace mass_spring
