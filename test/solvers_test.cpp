@@ -70,6 +70,14 @@ Pairs chain(std::uint32_t n) {
   return pairs;
 }
 
+/// What a linear system needs to know of a model.
+Model modelOf(RandomSystem::Pattern pattern) {
+  Model model;
+  model.masses.setOnes(pattern->size());
+  model.pattern = std::move(pattern);
+  return model;
+}
+
 SolverOptions with(LinearSolver solver) {
   SolverOptions options;
   options.linear_solver = solver;
@@ -146,8 +154,9 @@ TEST(SparseCholesky, RefusesAnIndefiniteMatrixAndRecovers) {
 TEST(IncompleteCholesky, IsExactForAChain) {
   const RandomSystem s(chain(30), 30);
   ConjugateGradient solver(s.pattern);
+  solver.prepare(s.matrix);
   Vectors x = Vectors::Zero(3, 30);
-  const LinearResult result = solver.solve(s.matrix, s.b, 1e-10, 10, x);
+  const LinearResult result = solver.solve(s.b, 1e-10, 10, x);
   EXPECT_TRUE(result.converged);
   EXPECT_LE(result.iterations, 2u);
 }
@@ -164,15 +173,17 @@ TEST(IncompleteCholesky, LeavesOutTheFillOfAHub) {
     matrix.addElement(i, j, pattern->slot(i, j), SymmetricBlock::isotropic(1.0));
   }
   ConjugateGradient solver(pattern);
+  solver.prepare(matrix);
   Vectors x = Vectors::Zero(3, n);
-  EXPECT_TRUE(solver.solve(matrix, Vectors::Ones(3, n), 1e-6, 100, x).converged);
+  EXPECT_TRUE(solver.solve(Vectors::Ones(3, n), 1e-6, 100, x).converged);
 }
 
 TEST(ConjugateGradient, ReachesItsToleranceAndSaysSo) {
   const RandomSystem s(randomGraph(60), 60);
   ConjugateGradient solver(s.pattern);
+  solver.prepare(s.matrix);
   Vectors x = Vectors::Zero(3, 60);
-  const LinearResult result = solver.solve(s.matrix, s.b, 1e-9, 500, x);
+  const LinearResult result = solver.solve(s.b, 1e-9, 500, x);
   ASSERT_TRUE(result.converged);
   EXPECT_GT(result.iterations, 3u);
   Vectors y(3, 60);
@@ -184,15 +195,17 @@ TEST(ConjugateGradient, ReachesItsToleranceAndSaysSo) {
 TEST(ConjugateGradient, StartsFromWhatItIsGiven) {
   const RandomSystem s(randomGraph(60), 60);
   ConjugateGradient solver(s.pattern);
+  solver.prepare(s.matrix);
   Vectors x = s.solution();
-  EXPECT_EQ(solver.solve(s.matrix, s.b, 1e-9, 500, x).iterations, 0u);
+  EXPECT_EQ(solver.solve(s.b, 1e-9, 500, x).iterations, 0u);
 }
 
 TEST(ConjugateGradient, ReportsThatItWasStoppedEarly) {
   const RandomSystem s(randomGraph(60), 60);
   ConjugateGradient solver(s.pattern);
+  solver.prepare(s.matrix);
   Vectors x = Vectors::Zero(3, 60);
-  const LinearResult result = solver.solve(s.matrix, s.b, 1e-9, 2, x);
+  const LinearResult result = solver.solve(s.b, 1e-9, 2, x);
   EXPECT_FALSE(result.converged);
   EXPECT_EQ(result.iterations, 2u);
   EXPECT_GT(result.residual, 1e-9);
@@ -201,19 +214,35 @@ TEST(ConjugateGradient, ReportsThatItWasStoppedEarly) {
 TEST(LinearSystem, ZeroRightHandSideNeedsNoWork) {
   const RandomSystem s(randomGraph(20), 20);
   for (LinearSolver solver : {LinearSolver::kConjugateGradient, LinearSolver::kCholesky}) {
-    LinearSystem system(s.pattern, with(solver));
+    LinearSystem system(modelOf(s.pattern), with(solver));
     Vectors x = s.b;
-    const LinearSystem::Result result = system.solve(s.matrix, Vectors::Zero(3, 20), x);
+    const LinearSystem::Result result = system.solve(s.matrix, Vectors::Zero(3, 20), 1e-6, x);
     EXPECT_TRUE(result.converged);
     EXPECT_EQ(result.iterations + result.factorizations, 0u);
     EXPECT_EQ(x.norm(), 0.0);
   }
 }
 
+TEST(LinearSystem, FactorisesOnceForSeveralRightHandSides) {
+  const RandomSystem s(randomGraph(30), 30);
+  LinearSystem system(modelOf(s.pattern), with(LinearSolver::kCholesky));
+  system.prepare(s.matrix);
+  std::uint32_t factorizations = 0;
+  for (double scale : {0.0, 1.0, 2.0}) {
+    Vectors x = Vectors::Zero(3, 30);
+    const LinearSystem::Result result = system.solve(scale * s.b, 1e-10, x);
+    EXPECT_TRUE(result.converged);
+    factorizations += result.factorizations;
+    // 1e-10: rounding times a condition number of some 1e3, with room.
+    EXPECT_LE((x - scale * s.solution()).norm(), 1e-10 * x.norm());
+  }
+  EXPECT_EQ(factorizations, 1u);
+}
+
 TEST(LinearSystem, AutoSolvesAChainDirectly) {
-  EXPECT_TRUE(
-      LinearSystem(RandomSystem::makePattern(chain(10000), 10000), with(LinearSolver::kAuto))
-          .direct());
+  EXPECT_TRUE(LinearSystem(modelOf(RandomSystem::makePattern(chain(10000), 10000)),
+                           with(LinearSolver::kAuto))
+                  .direct());
 }
 
 TEST(LinearSystem, AutoFallsBackToTheDirectFactor) {
@@ -241,19 +270,19 @@ TEST(LinearSystem, AutoFallsBackToTheDirectFactor) {
   }
   SolverOptions options = with(LinearSolver::kAuto);
   options.max_linear_iterations = 1;
-  LinearSystem system(pattern, options);
+  LinearSystem system(modelOf(pattern), options);
   ASSERT_FALSE(system.direct());
   const Vectors b = Vectors::Random(3, n * n);
   Vectors x = Vectors::Zero(3, n * n), y(3, n * n);
-  const LinearSystem::Result result = system.solve(matrix, b, x);
+  const LinearSystem::Result result = system.solve(matrix, b, 1e-6, x);
   EXPECT_TRUE(result.converged);
   EXPECT_EQ(result.factorizations, 1u);
   matrix.multiply(x, y);
-  EXPECT_LT((b - y).norm(), 1e-6 * b.norm());  // the tolerance of the options
+  EXPECT_LT((b - y).norm(), 1e-6 * b.norm());
 
   options.linear_solver = LinearSolver::kConjugateGradient;
   x.setZero();
-  EXPECT_FALSE(LinearSystem(pattern, options).solve(matrix, b, x).converged);
+  EXPECT_FALSE(LinearSystem(modelOf(pattern), options).solve(matrix, b, 1e-6, x).converged);
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 namespace mass_spring {
 
 StepSystem::StepSystem(const Model& model, const SolverOptions& options)
-    : model_(model), matrix_(model.pattern), system_(model.pattern, options) {}
+    : model_(model), matrix_(model.pattern), system_(model, options) {}
 
 void StepSystem::assemble(double w, const Vectors& x, Projection projection,
                           SubstepReport& report) {
@@ -17,11 +17,14 @@ void StepSystem::assemble(double w, const Vectors& x, Projection projection,
   ++report.newton_iterations;
 }
 
-void StepSystem::decouple(const std::vector<char>& pinned) { matrix_.decouple(pinned); }
+void StepSystem::decouple(const std::vector<char>& pinned) {
+  matrix_.decouple(pinned);
+  system_.prepare(matrix_);
+}
 
-LinearSystem::Result StepSystem::solve(const Vectors& b, double /*tolerance*/, Vectors& x,
+LinearSystem::Result StepSystem::solve(const Vectors& b, double tolerance, Vectors& x,
                                        SubstepReport& report) {
-  const LinearSystem::Result result = system_.solve(matrix_, b, x);
+  const LinearSystem::Result result = system_.solve(b, tolerance, x);
   report.linear_iterations += result.iterations;
   report.factorizations += result.factorizations;
   return result;

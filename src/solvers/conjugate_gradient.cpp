@@ -11,8 +11,14 @@ ConjugateGradient::ConjugateGradient(std::shared_ptr<const BlockPattern> pattern
       p_(3, pattern->size()),
       q_(3, pattern->size()) {}
 
-LinearResult ConjugateGradient::solve(const StepMatrix& matrix, const Vectors& b, double tolerance,
+void ConjugateGradient::prepare(const StepMatrix& matrix) {
+  matrix_ = &matrix;
+  factorized_ = false;
+}
+
+LinearResult ConjugateGradient::solve(const Vectors& b, double tolerance,
                                       std::uint32_t max_iterations, Vectors& x) {
+  const StepMatrix& matrix = *matrix_;
   LinearResult result;
   const double b_norm = b.norm();
   if (b_norm == 0.0) {
@@ -28,7 +34,9 @@ LinearResult ConjugateGradient::solve(const StepMatrix& matrix, const Vectors& b
     result.converged = true;
     return result;
   }
-  if (!std::isfinite(r_norm) || !preconditioner_.factorize(matrix)) return result;
+  if (!std::isfinite(r_norm)) return result;
+  if (!factorized_) factorized_ = preconditioner_.factorize(matrix);
+  if (!factorized_) return result;
 
   double rho_before = 1.0;
   while (result.iterations < max_iterations) {

@@ -19,13 +19,16 @@ class ConjugateGradient {
  public:
   explicit ConjugateGradient(std::shared_ptr<const BlockPattern> pattern);
 
+  /// Takes the matrix for the solutions to come; the first that iterates factorises it.
+  void prepare(const StepMatrix& matrix);
   /// Solves A x = b to |b - A x| <= tolerance |b|, starting from the x given.
   /// On failure x is the best iterate so far.
-  LinearResult solve(const StepMatrix& matrix, const Vectors& b, double tolerance,
-                     std::uint32_t max_iterations, Vectors& x);
+  LinearResult solve(const Vectors& b, double tolerance, std::uint32_t max_iterations, Vectors& x);
 
  private:
   IncompleteCholesky preconditioner_;
+  const StepMatrix* matrix_ = nullptr;
+  bool factorized_ = false;
   Vectors r_, z_, p_, q_;
 };
 

@@ -13,9 +13,9 @@ constexpr std::size_t kLargestRescue = 500'000'000;
 
 }  // namespace
 
-LinearSystem::LinearSystem(std::shared_ptr<const BlockPattern> pattern,
-                           const SolverOptions& options)
+LinearSystem::LinearSystem(const Model& model, const SolverOptions& options)
     : options_(options), direct_(options.linear_solver == LinearSolver::kCholesky) {
+  const std::shared_ptr<const BlockPattern>& pattern = model.pattern;
   if (options_.linear_solver != LinearSolver::kConjugateGradient) {
     cholesky_.emplace(pattern);
     if (options_.linear_solver == LinearSolver::kAuto) {
@@ -32,48 +32,63 @@ LinearSystem::LinearSystem(std::shared_ptr<const BlockPattern> pattern,
   correction_.resize(3, pattern->size());
 }
 
-LinearSystem::Result LinearSystem::solve(const StepMatrix& matrix, const Vectors& b, Vectors& x) {
+void LinearSystem::prepare(const StepMatrix& matrix) {
+  matrix_ = &matrix;
+  factorized_ = false;
+  if (conjugate_gradient_) conjugate_gradient_->prepare(matrix);
+}
+
+LinearSystem::Result LinearSystem::solve(const StepMatrix& matrix, const Vectors& b,
+                                         double tolerance, Vectors& x) {
+  prepare(matrix);
+  return solve(b, tolerance, x);
+}
+
+LinearSystem::Result LinearSystem::solve(const Vectors& b, double tolerance, Vectors& x) {
   Result result;
-  if (direct_) {
-    solveDirectly(matrix, b, x, result);
+  // A matrix that has once needed the direct factor keeps it for its other right-hand sides.
+  if (direct_ || factorized_) {
+    solveDirectly(b, tolerance, x, result);
     return result;
   }
-  const LinearResult iterative =
-      conjugate_gradient_->solve(matrix, b, options_.linear_tolerance,
-                                 static_cast<std::uint32_t>(options_.max_linear_iterations), x);
+  const LinearResult iterative = conjugate_gradient_->solve(
+      b, tolerance, static_cast<std::uint32_t>(options_.max_linear_iterations), x);
   result.converged = iterative.converged;
   result.iterations = iterative.iterations;
   result.residual = iterative.residual;
   result.indefinite = iterative.indefinite;
   if (!result.converged && !result.indefinite && cholesky_ &&
       cholesky_->blockProducts() < kLargestRescue) {
-    solveDirectly(matrix, b, x, result);
+    solveDirectly(b, tolerance, x, result);
   }
   return result;
 }
 
-bool LinearSystem::solveDirectly(const StepMatrix& matrix, const Vectors& b, Vectors& x,
-                                 Result& result) {
+void LinearSystem::solveDirectly(const Vectors& b, double tolerance, Vectors& x, Result& result) {
   const double b_norm = b.norm();
   if (b_norm == 0.0) {
     x.setZero();
     result.residual = 0.0;
-    return result.converged = true;
+    result.converged = true;
+    return;
   }
-  ++result.factorizations;
-  if (!cholesky_->factorize(matrix)) {
+  if (!factorized_) {
+    ++result.factorizations;
+    factorized_ = cholesky_->factorize(*matrix_);
+  }
+  if (!factorized_) {
     result.indefinite = true;
-    return result.converged = false;
+    return;
   }
   cholesky_->solve(b, x);
-  matrix.multiply(x, residual_);
+  matrix_->multiply(x, residual_);
   residual_ = b - residual_;
   double norm = residual_.norm();
   // Refinement wins back the digits that badly scaled blocks cost.
   for (int round = 0; round < 3 && norm > 1e-15 * b_norm; ++round) {
     cholesky_->solve(residual_, correction_);
     correction_ += x;
-    matrix.multiply(correction_, residual_);
+    matrix_->multiply(correction_, residual_);
     residual_ = b - residual_;
     const double refined = residual_.norm();
     if (!(refined < norm)) break;
@@ -81,7 +96,7 @@ bool LinearSystem::solveDirectly(const StepMatrix& matrix, const Vectors& b, Vec
     x.swap(correction_);
   }
   result.residual = norm / b_norm;
-  return result.converged = result.residual <= options_.linear_tolerance;
+  result.converged = result.residual <= tolerance;
 }
 
 }  // namespace mass_spring

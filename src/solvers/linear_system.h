@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 
+#include "mass_spring_sim/model.h"
 #include "mass_spring_sim/scheme.h"
 #include "solvers/conjugate_gradient.h"
 #include "solvers/sparse_cholesky.h"
@@ -14,7 +15,7 @@ namespace mass_spring {
 /// costs less than conjugate gradients would, and where those do not reach their tolerance.
 class LinearSystem {
  public:
-  LinearSystem(std::shared_ptr<const BlockPattern> pattern, const SolverOptions& options);
+  LinearSystem(const Model& model, const SolverOptions& options);
 
   struct Result {
     bool converged = false;
@@ -23,16 +24,25 @@ class LinearSystem {
     double residual = 0.0;             ///< |b - A x| / |b|
     bool indefinite = false;           ///< the matrix is not positive definite
   };
-  /// Solves A x = b, from the x given where that helps. On failure x is the best there is.
-  Result solve(const StepMatrix& matrix, const Vectors& b, Vectors& x);
+  /// Takes the matrix for the solutions to come; it has to stay as it is until the last of them.
+  /// What that costs (a factor, a preconditioner) is spent by the first solution that needs it, and
+  /// counted there.
+  void prepare(const StepMatrix& matrix);
+  /// Solves A x = b to |b - A x| <= tolerance |b| with the matrix of prepare(), from the x given
+  /// where that helps. On failure x is the best there is.
+  Result solve(const Vectors& b, double tolerance, Vectors& x);
+  /// prepare() and solve()
+  Result solve(const StepMatrix& matrix, const Vectors& b, double tolerance, Vectors& x);
 
   bool direct() const { return direct_; }
 
  private:
-  bool solveDirectly(const StepMatrix& matrix, const Vectors& b, Vectors& x, Result& result);
+  void solveDirectly(const Vectors& b, double tolerance, Vectors& x, Result& result);
 
   SolverOptions options_;
-  bool direct_;
+  bool direct_;  // by choice, for every matrix
+  const StepMatrix* matrix_ = nullptr;
+  bool factorized_ = false;  // matrix_, by cholesky_
   std::optional<SparseCholesky> cholesky_;
   std::optional<ConjugateGradient> conjugate_gradient_;
   Vectors residual_, correction_;
