@@ -29,19 +29,21 @@ constexpr double kFirst = 0.01;
 
 Newton::Newton(const Model& model, const SolverOptions& options, StepSystem& system)
     : model_(model), options_(options), length_(characteristicLength(model)), system_(system) {
-  for (Vectors* vectors : {&x_, &forces_, &residual_, &right_side_, &delta_, &v_before_, &rest_}) {
+  for (Vectors* vectors : {&x_, &forces_, &residual_, &right_side_, &delta_, &v_before_, &rest_,
+                           &still_, &held_positions_}) {
     vectors->setZero(3, model.particleCount());
   }
 }
 
 void Newton::evaluate(const Stage& stage, const Drive& drive, const Vectors& v) {
   x_ = stage.positions + stage.weight * v;
-  sumForces(model_, drive.loads, x_, v, forces_);
+  sumForces(model_, drive.loads, x_, hold_damping_ ? still_ : v, forces_);
   Energy energy;
   double dissipated = 0.0;
   for (const auto& effect : model_.effects) {
     effect->addEnergy(x_, energy);
-    dissipated += stage.weight * effect->dissipation(x_, v);
+    dissipated += stage.weight * effect->dissipation(hold_damping_ ? held_positions_ : x_, v);
+    if (hold_damping_) effect->addForceDerivative(held_positions_, still_, still_, v, forces_);
   }
   double square = 0.0, inertia = 0.0, load = 0.0;
   for (Eigen::Index i = 0; i < v.cols(); ++i) {
@@ -63,7 +65,7 @@ void Newton::evaluate(const Stage& stage, const Drive& drive, const Vectors& v) 
       1e-13 * (inertia + energy.elastic + std::abs(energy.gravity) + dissipated + std::abs(load));
 }
 
-double Newton::searchLine(const Stage& stage, const Drive& drive, bool strict, Vectors& v) {
+double Newton::searchLine(const Stage& stage, const Drive& drive, Vectors& v) {
   const double norm_before = residual_norm_;
   const double slope = residual_.cwiseProduct(delta_).sum();
   const Potential before = potential_;
@@ -77,7 +79,8 @@ double Newton::searchLine(const Stage& stage, const Drive& drive, bool strict, V
     if (potential_.value <= before.value + 1e-4 * alpha * slope) return alpha;
     const bool drowned =
         std::abs(potential_.value - before.value) <= before.noise + potential_.noise;
-    if ((drowned || !strict) && residual_norm_ <= (1.0 - 1e-4 * alpha) * norm_before) return alpha;
+    if ((drowned || !hold_damping_) && residual_norm_ <= (1.0 - 1e-4 * alpha) * norm_before)
+      return alpha;
   }
   v = v_before_;
   evaluate(stage, drive, v);
@@ -88,8 +91,8 @@ LinearSystem::Result Newton::solveForStep(const Stage& stage, const Drive& drive
                                           bool& exact, SubstepReport& report) {
   right_side_ = -residual_;
   for (;;) {
-    system_.assemble(stage.weight, x_, exact ? Projection::kNone : Projection::kWhereNeeded,
-                     report);
+    system_.assemble(stage.weight, x_, hold_damping_ ? held_positions_ : x_,
+                     exact ? Projection::kNone : Projection::kWhereNeeded, report);
     system_.decouple(drive.pinned);
     delta_.setZero();
     const LinearSystem::Result result = system_.solve(right_side_, tolerance, delta_, report);
@@ -98,8 +101,7 @@ LinearSystem::Result Newton::solveForStep(const Stage& stage, const Drive& drive
   }
 }
 
-bool Newton::iterate(const Stage& stage, const Drive& drive, bool strict, Vectors& v,
-                     SubstepReport& report) {
+bool Newton::iterate(const Stage& stage, const Drive& drive, Vectors& v, SubstepReport& report) {
   evaluate(stage, drive, v);
   double lightest = std::numeric_limits<double>::infinity();
   for (Eigen::Index i = 0; i < v.cols(); ++i) {
@@ -127,7 +129,7 @@ bool Newton::iterate(const Stage& stage, const Drive& drive, bool strict, Vector
     const LinearSystem::Result linear = solveForStep(stage, drive, linear_tolerance, exact, report);
     const double step =
         stage.weight * std::sqrt(delta_.colwise().squaredNorm().maxCoeff()) / length_;
-    const double share = searchLine(stage, drive, strict, v);
+    const double share = searchLine(stage, drive, v);
     // Where steps shrink by a factor q, q / (1 - q) of the last one is still missing (Hairer and
     // Wanner 1996, IV.8); a step that is itself below the tolerance ends the iteration also where
     // the residual has reached its rounding errors.
@@ -151,7 +153,7 @@ bool Newton::iterate(const Stage& stage, const Drive& drive, bool strict, Vector
 }
 
 void Newton::solve(const Stage& stage, const Drive& drive, Vectors& v, SubstepReport& report) {
-  if (!iterate(stage, drive, false, v, report)) report.converged = false;
+  if (!iterate(stage, drive, v, report)) report.converged = false;
   markOverflow(v);
 }
 
@@ -163,11 +165,14 @@ void Newton::solveBelowRest(const Stage& stage, const Drive& drive, Vectors& v,
   }
   evaluate(stage, drive, rest_);
   const Potential at_rest = potential_;
-  bool converged = iterate(stage, drive, false, v, report);
+  bool converged = iterate(stage, drive, v, report);
   // A root of g that lies above rest would add energy; descending from rest cannot.
   if (!(potential_.value <= at_rest.value + at_rest.noise + potential_.noise)) {
     v = rest_;
-    converged = iterate(stage, drive, true, v, report);
+    hold_damping_ = true;
+    held_positions_ = stage.positions + stage.weight * rest_;
+    converged = iterate(stage, drive, v, report);
+    hold_damping_ = false;
   }
   if (!converged) report.converged = false;
   markOverflow(v);

@@ -32,7 +32,9 @@ class Newton {
   ///           the best iterate; where forces overflow, not a number.
   void solve(const Stage& stage, const Drive& drive, Vectors& v, SubstepReport& report);
   /// The same, with a result that lies not above Phi at rest (v = 0 for the free): then a step of
-  /// implicit Euler gains no energy, since Phi(rest) = |v_n|^2_M / 2 + U_n.
+  /// implicit Euler gains no energy, since Phi(rest) = |v_n|^2_M / 2 + U_n. Where the iteration
+  /// ends above it, it starts again from rest with the directions of damping held as they are
+  /// there: g is then exactly the gradient of Phi, and every step of the line search descends.
   void solveBelowRest(const Stage& stage, const Drive& drive, Vectors& v, SubstepReport& report);
 
  private:
@@ -41,15 +43,13 @@ class Newton {
   };
   /// Positions, forces, g and Phi at v.
   void evaluate(const Stage& stage, const Drive& drive, const Vectors& v);
-  /// @param strict  only ever lower Phi
-  bool iterate(const Stage& stage, const Drive& drive, bool strict, Vectors& v,
-               SubstepReport& report);
+  bool iterate(const Stage& stage, const Drive& drive, Vectors& v, SubstepReport& report);
   /// delta_ = -A^-1 g. Tries the exact matrix if told so; where it turns out indefinite, projects
   /// and clears `exact`.
   LinearSystem::Result solveForStep(const Stage& stage, const Drive& drive, double tolerance,
                                     bool& exact, SubstepReport& report);
   /// Steps along delta_. @return the share taken, 0 if there is none that helps
-  double searchLine(const Stage& stage, const Drive& drive, bool strict, Vectors& v);
+  double searchLine(const Stage& stage, const Drive& drive, Vectors& v);
   void markOverflow(Vectors& v) const;
 
   const Model& model_;
@@ -59,7 +59,9 @@ class Newton {
   Vectors x_, forces_, residual_;  // at the iterate
   Potential potential_{0.0, 0.0};
   double residual_norm_ = 0.0;  // sqrt(g^T M^-1 g) [kg^1/2 m/s]
-  Vectors right_side_, delta_, v_before_, rest_;
+  Vectors right_side_, delta_, v_before_, rest_, still_;
+  bool hold_damping_ = false;
+  Vectors held_positions_;  // whose directions the damping takes while it is held
 };
 
 }  // namespace mass_spring

@@ -47,7 +47,7 @@ SubstepReport Rosenbrock::advance(Scheme scheme, double h, const Drive& drive, S
 void Rosenbrock::advance(const RosenbrockTable& table, double h, const Drive& drive, State& state,
                          SubstepReport& report) {
   const double w = table.gamma * h;
-  system_.assemble(w, state.positions, Projection::kWhereNeeded, report);
+  system_.assemble(w, state.positions, state.positions, Projection::kWhereNeeded, report);
   for (std::size_t i = 0; i < static_cast<std::size_t>(table.stages); ++i) {
     x_ = state.positions;
     v_ = state.velocities;

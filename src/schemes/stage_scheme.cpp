@@ -19,6 +19,13 @@ const StageTable kTrBdf2Table = {
     kBeta, {{{}, {kBeta, 0.0}, {kW, kW}}},
     true,  {(1.0 - kW) / 3.0 - kW, (3.0 * kW + 1.0) / 3.0 - kW, kBeta / 3.0 - kBeta}};
 
+// bdf2 itself has no estimate.
+const StageTable kStartTable = [] {
+  StageTable table = kTrBdf2Table;
+  table.error = {};
+  return table;
+}();
+
 // BDF2 with steps that grow by more than 1 + sqrt(2) is unstable (Hairer, Norsett and Wanner 1993,
 // III.5).
 constexpr double kLargestGrowth = 2.0;
@@ -98,7 +105,9 @@ void StageScheme::advanceStages(const StageTable& table, bool below_rest, double
   if (table.ends_with_last) {
     state.positions = base_positions_ + w * v_;
     state.velocities = v_;
-    if (table.error[0] != 0.0) estimateError(table, h, drive, state, report);
+    if (table.error[0] != 0.0 && report.converged) {
+      estimateError(table, h, drive, state, report);
+    }
   } else {
     state.positions += h * stage_velocities_[0];
     state.velocities += h * stage_accelerations_[0];
@@ -119,8 +128,7 @@ void StageScheme::advanceTwoStep(double h, const Drive& drive, State& state,
   before_.positions = state.positions;
   before_.velocities = state.velocities;
   if (start) {
-    advanceStages(kTrBdf2Table, false, h, drive, state, report);
-    report.estimated_error = -1.0;
+    advanceStages(kStartTable, false, h, drive, state, report);
     return;
   }
   const double w = h * (1.0 + growth) / (1.0 + 2.0 * growth);
@@ -136,6 +144,10 @@ void StageScheme::advanceTwoStep(double h, const Drive& drive, State& state,
 
 void StageScheme::estimateError(const StageTable& table, double h, const Drive& drive,
                                 const State& end, SubstepReport& report) {
+  if (report.newton_iterations == 0) {  // nothing was unknown
+    report.estimated_error = 0.0;
+    return;
+  }
   error_positions_.setZero();
   error_velocities_.setZero();
   for (std::size_t i = 0; i < static_cast<std::size_t>(table.stages); ++i) {

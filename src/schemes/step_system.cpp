@@ -7,12 +7,19 @@ namespace mass_spring {
 StepSystem::StepSystem(const Model& model, const SolverOptions& options)
     : model_(model), matrix_(model.pattern), system_(model, options) {}
 
-void StepSystem::assemble(double w, const Vectors& x, Projection projection,
-                          SubstepReport& report) {
-  const MatrixWeights weights{1.0, w, w * w};
-  matrix_.setMasses(weights.mass, model_.masses);
-  for (const auto& effect : model_.effects) {
-    report.projected_springs += effect->addDerivatives(x, weights, projection, matrix_);
+void StepSystem::assemble(double w, const Vectors& x, const Vectors& x_damping,
+                          Projection projection, SubstepReport& report) {
+  matrix_.setMasses(1.0, model_.masses);
+  const auto add = [&](const Vectors& positions, const MatrixWeights& weights) {
+    for (const auto& effect : model_.effects) {
+      report.projected_springs += effect->addDerivatives(positions, weights, projection, matrix_);
+    }
+  };
+  if (&x == &x_damping) {
+    add(x, {1.0, w, w * w});
+  } else {
+    add(x, {1.0, 0.0, w * w});
+    add(x_damping, {1.0, w, 0.0});
   }
   ++report.newton_iterations;
 }

@@ -14,8 +14,10 @@ class StepSystem {
  public:
   StepSystem(const Model& model, const SolverOptions& options);
 
-  /// The matrix at positions x, coupled still with the pinned particles.
-  void assemble(double w, const Vectors& x, Projection projection, SubstepReport& report);
+  /// The matrix with K at positions x and D at positions x_damping, coupled still with the pinned
+  /// particles.
+  void assemble(double w, const Vectors& x, const Vectors& x_damping, Projection projection,
+                SubstepReport& report);
   /// y = A x, before decouple().
   void multiply(const Vectors& x, Vectors& y) const { matrix_.multiply(x, y); }
   /// Takes the pinned particles out of the matrix, which is then ready to be solved with.
