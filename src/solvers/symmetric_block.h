@@ -35,21 +35,25 @@ struct SymmetricBlock {
     y[2] += xz * x[0] + yz * x[1] + zz * x[2];
   }
 
-  /// The inverse by Cramer's rule. @return false if the block is not positive definite.
+  /// The inverse by L D L^T, whose pivots bear contrasts up to 1e16 (Cramer's determinant: only up
+  /// to 1e8). @return false if the block is not positive definite.
   bool invert(SymmetricBlock& inverse) const {
-    const double a = yy * zz - yz * yz;
-    const double b = xz * yz - xy * zz;
-    const double c = xy * yz - xz * yy;
-    const double determinant = xx * a + xy * b + xz * c;
-    // Sylvester's criterion; a NaN fails it too.
-    if (!(xx > 0.0 && xx * yy - xy * xy > 0.0 && determinant > 0.0)) return false;
-    const double s = 1.0 / determinant;
-    inverse = {s * a,
-               s * b,
-               s * c,
-               s * (xx * zz - xz * xz),
-               s * (xy * xz - xx * yz),
-               s * (xx * yy - xy * xy)};
+    const double d1 = 1.0 / xx;
+    const double l21 = xy * d1, l31 = xz * d1;
+    const double p2 = yy - l21 * xy;
+    const double q = yz - l31 * xy;
+    const double d2 = 1.0 / p2;
+    const double l32 = q * d2;
+    const double p3 = zz - l31 * xz - l32 * q;
+    if (!(xx > 0.0 && p2 > 0.0 && p3 > 0.0)) return false;  // a NaN fails it too
+    const double d3 = 1.0 / p3;
+    const double m31 = l21 * l32 - l31;  // of L^-1
+    inverse.zz = d3;
+    inverse.yz = -l32 * d3;
+    inverse.xz = m31 * d3;
+    inverse.yy = d2 - l32 * inverse.yz;
+    inverse.xy = -l21 * d2 - l32 * inverse.xz;
+    inverse.xx = d1 + l21 * l21 * d2 + m31 * inverse.xz;
     return true;
   }
 };
