@@ -7,6 +7,7 @@
 #include "effects/spring_damping.h"
 #include "effects/springs.h"
 #include "mass_spring_sim/model.h"
+#include "scheme_choice.h"
 #include "solvers/block_pattern.h"
 
 namespace mass_spring {
@@ -75,7 +76,10 @@ Model buildModel(const Scene& scene) {
         std::make_unique<Gravity>(scene.effects.gravity->acceleration, model.masses));
   }
 
-  if (info(scene.solver.scheme).implicit) {
+  SchemeChoice choice = chooseScheme(scene, model);
+  model.solver = choice.options;
+  model.scheme_reason = std::move(choice.reason);
+  if (info(model.solver.scheme).implicit) {
     PatternBuilder builder;
     for (const auto& effect : model.effects) effect->addPattern(builder);
     model.pattern = std::make_shared<BlockPattern>(model.particleCount(), std::move(builder));

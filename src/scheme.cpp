@@ -21,11 +21,23 @@ const std::vector<SchemeInfo>& schemes() {
 
 const SchemeInfo& info(Scheme scheme) { return schemes()[static_cast<std::size_t>(scheme)]; }
 
+const std::vector<std::string>& schemeNames() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all;
+    for (const SchemeInfo& scheme : schemes()) all.push_back(scheme.name);
+    all.push_back("auto");
+    return all;
+  }();
+  return names;
+}
+
+const std::string& name(Scheme scheme) { return schemeNames()[static_cast<std::size_t>(scheme)]; }
+
 std::optional<Scheme> schemeFromName(const std::string& name) {
-  for (const SchemeInfo& candidate : schemes()) {
-    if (candidate.name == name) return candidate.scheme;
-  }
-  return std::nullopt;
+  const auto& names = schemeNames();
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) return std::nullopt;
+  return static_cast<Scheme>(found - names.begin());
 }
 
 const std::vector<std::string>& linearSolverNames() {

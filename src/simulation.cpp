@@ -15,7 +15,7 @@ Simulation::Simulation(Scene scene)
       state_(model_.start),
       pins_(model_.particleCount()),
       loads_(std::make_unique<Loads>(model_.particleCount())),
-      stepper_(std::make_unique<Stepper>(model_, scene_.solver)) {
+      stepper_(std::make_unique<Stepper>(model_, model_.solver)) {
   restorePins();
 }
 

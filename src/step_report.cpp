@@ -1,5 +1,7 @@
 #include "mass_spring_sim/step_report.h"
 
+#include <algorithm>
+
 namespace mass_spring {
 
 const char* name(StepStatus status) {
@@ -22,6 +24,10 @@ void StepTotals::add(const StepReport& report) {
   linear_iterations += report.linear_iterations;
   factorizations += report.factorizations;
   rejected_steps += report.rejected;
+  if (report.estimated_error >= 0.0) {
+    estimated_error = std::max(estimated_error, 0.0) + report.estimated_error;
+  }
+  max_budget_used = std::max(max_budget_used, report.budget_used);
 }
 
 }  // namespace mass_spring

@@ -2,10 +2,19 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <limits>
 
 #include "mass_spring_sim/measures.h"
 
 namespace mass_spring {
+
+namespace {
+
+// More than a budget could use, and few enough that a wrong clock does no harm.
+constexpr int kMostSubsteps = 100000;
+
+}  // namespace
 
 Stepper::Stepper(const Model& model, const SolverOptions& options)
     : model_(model), options_(options), work_(model.start) {
@@ -14,19 +23,16 @@ Stepper::Stepper(const Model& model, const SolverOptions& options)
   } else {
     explicit_.emplace(model, options.scheme);
   }
+  if (options.accuracy) {
+    // The embedded formulas are of order 2 (rk4: 3), and so is the estimate per unit of time.
+    control_.emplace(*options.accuracy, options.scheme == Scheme::kRk4 ? 3 : 2);
+    before_substep_ = model.start;
+  }
+  if (options.budget) budget_.emplace(*options.budget);
   pin_ends_ = pin_velocities_ = model_.start.positions;
 }
 
-SubstepReport Stepper::advance(Scheme scheme, double h, const Drive& drive) {
-  if (explicit_) return explicit_->advance(h, drive, work_);
-  if (scheme == Scheme::kLinearImplicitEuler || scheme == Scheme::kRos3) {
-    return implicit_->rosenbrock.advance(scheme, h, drive, work_);
-  }
-  return implicit_->stages.advance(scheme, h, drive, work_);
-}
-
-Stepper::Outcome Stepper::attempt(Scheme scheme, int substeps, double h, const Drive& drive,
-                                  const State& state, StepReport& report) {
+void Stepper::begin(double h, const Drive& drive, const State& state, StepReport& report) {
   work_.positions = state.positions;
   work_.velocities = state.velocities;
   for (Eigen::Index i = 0; i < work_.velocities.cols(); ++i) {
@@ -36,81 +42,160 @@ Stepper::Outcome Stepper::attempt(Scheme scheme, int substeps, double h, const D
     implicit_->stages.restore();
     implicit_->energy.start(h, work_, drive);
   }
-  bool converged = true;
-  double error = 0.0;
-  bool estimated = true;
-  for (int s = 1; s <= substeps; ++s) {
-    const SubstepReport sub = advance(scheme, h / substeps, drive);
-    ++report.substeps;
-    report.newton_iterations += sub.newton_iterations;
-    report.linear_iterations += sub.linear_iterations;
-    report.factorizations += sub.factorizations;
-    report.projected_springs += sub.projected_springs;
-    report.residual = std::max(report.residual, sub.residual);
-    converged = converged && sub.converged;
-    estimated = estimated && sub.estimated_error >= 0.0;
-    error += sub.estimated_error;
-    if (!work_.positions.allFinite() || !work_.velocities.allFinite()) return Outcome::kNotFinite;
-    // Pinned particles move evenly from where they are to where the step ends.
-    const double left = static_cast<double>(substeps - s) / substeps;
-    for (Eigen::Index i = 0; i < work_.positions.cols(); ++i) {
-      if (!drive.isPinned(i)) continue;
-      work_.positions.col(i) = (1.0 - left) * pin_ends_.col(i) + left * state.positions.col(i);
-    }
+  report.residual = 0.0;
+  report.estimated_error = 0.0;
+}
+
+Stepper::Outcome Stepper::advance(Scheme scheme, double from, double to, double h,
+                                  const Drive& drive, const State& state, StepReport& report) {
+  const double substep = (to - from) * h;
+  const bool rosenbrock = scheme == Scheme::kLinearImplicitEuler || scheme == Scheme::kRos3;
+  const SubstepReport sub = explicit_ ? explicit_->advance(substep, drive, work_)
+                            : rosenbrock
+                                ? implicit_->rosenbrock.advance(scheme, substep, drive, work_)
+                                : implicit_->stages.advance(scheme, substep, drive, work_);
+  ++report.substeps;
+  report.newton_iterations += sub.newton_iterations;
+  report.linear_iterations += sub.linear_iterations;
+  report.factorizations += sub.factorizations;
+  report.projected_springs += sub.projected_springs;
+  report.residual = std::max(report.residual, sub.residual);
+  substep_error_ = sub.estimated_error;
+  if (!work_.positions.allFinite() || !work_.velocities.allFinite()) return Outcome::kNotFinite;
+  // Pinned particles move evenly from where they are to where the step ends.
+  for (Eigen::Index i = 0; i < work_.positions.cols(); ++i) {
+    if (!drive.isPinned(i)) continue;
+    work_.positions.col(i) = to * pin_ends_.col(i) + (1.0 - to) * state.positions.col(i);
   }
-  report.estimated_error = estimated ? error : -1.0;
-  if (!converged) return Outcome::kUnconverged;
-  if (implicit_ && implicit_->energy.gained(work_, drive)) return Outcome::kGainedEnergy;
-  return Outcome::kConverged;
+  return sub.converged ? Outcome::kConverged : Outcome::kUnconverged;
+}
+
+Stepper::Outcome Stepper::end(Outcome outcome, const Drive& drive) {
+  if (outcome != Outcome::kConverged || !implicit_) return outcome;
+  return implicit_->energy.gained(work_, drive) ? Outcome::kGainedEnergy : outcome;
+}
+
+Stepper::Outcome Stepper::attempt(Scheme scheme, int substeps, double h, const Drive& drive,
+                                  const State& state, StepReport& report) {
+  begin(h, drive, state, report);
+  Outcome outcome = Outcome::kConverged;
+  for (int s = 0; s < substeps; ++s) {
+    const Outcome one = advance(scheme, static_cast<double>(s) / substeps,
+                                static_cast<double>(s + 1) / substeps, h, drive, state, report);
+    if (one == Outcome::kNotFinite) return one;
+    if (one == Outcome::kUnconverged) outcome = one;
+    report.estimated_error = substep_error_ < 0.0 ? -1.0 : report.estimated_error + substep_error_;
+  }
+  return end(outcome, drive);
+}
+
+Stepper::Outcome Stepper::attemptAccurately(double h, const Drive& drive, const State& state,
+                                            StepReport& report) {
+  // Places in the step are counted in its finest sub-steps.
+  constexpr int kUnits = 1 << ErrorControl::kFinest;
+  const double whole = static_cast<double>(kUnits) * options_.substeps;
+  begin(h, drive, state, report);
+  for (double at = 0.0; at < whole;) {
+    const double size = kUnits >> control_->level();
+    before_substep_.positions = work_.positions;
+    before_substep_.velocities = work_.velocities;
+    const Outcome one =
+        advance(options_.scheme, at / whole, (at + size) / whole, h, drive, state, report);
+    const double error =
+        one == Outcome::kConverged ? substep_error_ : std::numeric_limits<double>::infinity();
+    if (control_->accepts(error, size / whole * h)) {
+      at += size;
+      report.estimated_error += error;
+      control_->keepAligned(std::fmod(at, 2.0 * size) == 0.0);
+      continue;
+    }
+    if (one != Outcome::kConverged && control_->level() == ErrorControl::kFinest) return one;
+    ++report.rejected;
+    work_.positions.swap(before_substep_.positions);
+    work_.velocities.swap(before_substep_.velocities);
+  }
+  return end(Outcome::kConverged, drive);
+}
+
+Stepper::Outcome Stepper::attemptWithin(double h, const Drive& drive, const State& state,
+                                        StepReport& report) {
+  const bool cheap = implicit_ && !budget_->affordable();
+  const Scheme scheme = cheap ? Scheme::kLinearImplicitEuler : options_.scheme;
+  // An explicit scheme has a least number for the sake of stability.
+  const int least = explicit_ ? options_.substeps : 1;
+  if (cheap) budget_->forget();
+  report.scheme = scheme;
+  begin(h, drive, state, report);
+  Outcome outcome = Outcome::kConverged;
+  for (double at = 0.0; at < 1.0;) {
+    const double left = 1.0 - at;
+    const int substeps = std::max(budget_->affordableSubsteps(cheap, kMostSubsteps),
+                                  static_cast<int>(std::ceil(least * left - 1e-9)));
+    const double to = substeps == 1 ? 1.0 : at + left / substeps;
+    const double spent = budget_->spent();
+    const Outcome one = advance(scheme, at, to, h, drive, state, report);
+    budget_->learn(cheap, budget_->spent() - spent);
+    if (one == Outcome::kNotFinite) return one;
+    if (one == Outcome::kUnconverged) outcome = one;
+    report.estimated_error = substep_error_ < 0.0 ? -1.0 : report.estimated_error + substep_error_;
+    at = to;
+  }
+  return end(outcome, drive);
 }
 
 StepReport Stepper::step(double h, const Pins& pins, const Vectors* loads, State& state) {
   StepReport report;
+  if (budget_) budget_->start();
   const Drive drive{pins.mask(), loads};
   pin_ends_ = state.positions;
   pins.prescribe(pin_ends_);
   pin_velocities_ = (pin_ends_ - state.positions) / h;
 
-  struct Rung {
-    Scheme scheme;
-    int refinement;
-  };
-  static constexpr int kRungs = 5;
-  const std::array<Rung, kRungs> ladder = {{{options_.scheme, 1},
-                                            {options_.scheme, 2},
-                                            {options_.scheme, 4},
-                                            {options_.scheme, 8},
-                                            {Scheme::kImplicitEuler, 8}}};
-  const int last = implicit_ ? kRungs - 1 : kRungs - 2;
-  Outcome outcome = Outcome::kNotFinite;
-  int rung = 0;
-  std::string why;
-  for (;; ++rung) {
-    const Rung& way = ladder[static_cast<std::size_t>(rung)];
-    report.residual = 0.0;
-    outcome = attempt(way.scheme, options_.substeps * way.refinement, h, drive, state, report);
-    if (outcome == Outcome::kConverged || rung == last) break;
-    if (rung == 0) {
-      why = outcome == Outcome::kUnconverged    ? "did not converge"
-            : outcome == Outcome::kGainedEnergy ? "gained energy"
-                                                : "was not finite";
-    }
-    ++report.rejected;
+  report.scheme = options_.scheme;
+  Outcome outcome = control_ ? attemptAccurately(h, drive, state, report)
+                    : budget_
+                        ? attemptWithin(h, drive, state, report)
+                        : attempt(options_.scheme, options_.substeps, h, drive, state, report);
+  if (control_ && outcome == Outcome::kConverged && control_->level() == ErrorControl::kFinest) {
+    report.status = StepStatus::kDegraded;
+    report.message = "the accuracy asked for needs more sub-steps than " +
+                     std::to_string(1 << ErrorControl::kFinest);
   }
 
+  if (outcome != Outcome::kConverged) {
+    struct Rung {
+      Scheme scheme;
+      int refinement;
+    };
+    const std::array<Rung, 5> ladder = {{{options_.scheme, 2},
+                                         {options_.scheme, 4},
+                                         {options_.scheme, 8},
+                                         {Scheme::kImplicitEuler, 8},
+                                         {Scheme::kImplicitEuler, 64}}};
+    const char* why = outcome == Outcome::kUnconverged    ? "did not converge"
+                      : outcome == Outcome::kGainedEnergy ? "gained energy"
+                                                          : "was not finite";
+    const std::string first = name(report.scheme);
+    const int substeps = options_.substeps * (control_ ? 1 << control_->level() : 1);
+    const std::size_t rungs = implicit_ ? ladder.size() : ladder.size() - 2;
+    for (std::size_t r = 0; r < rungs && outcome != Outcome::kConverged; ++r) {
+      ++report.rejected;
+      report.scheme = ladder[r].scheme;
+      const int refined = substeps * ladder[r].refinement;
+      outcome = attempt(report.scheme, refined, h, drive, state, report);
+      report.message = first + " " + why + ", redone with " + name(report.scheme) + " in " +
+                       std::to_string(refined) + " sub-steps";
+    }
+    if (control_) control_->refine();
+    report.status = StepStatus::kDegraded;
+    if (outcome == Outcome::kUnconverged) report.message += ", still above the tolerance";
+    if (outcome == Outcome::kGainedEnergy) report.message += ", still gaining energy";
+  }
+  if (budget_) report.budget_used = budget_->spent() / budget_->seconds();
   if (outcome == Outcome::kNotFinite) {
     report.status = StepStatus::kFailed;
     report.message = whereNotFinite();
     return report;
-  }
-  if (rung > 0) {
-    const Rung& way = ladder[static_cast<std::size_t>(rung)];
-    report.status = StepStatus::kDegraded;
-    report.message = info(options_.scheme).name + " " + why + ", redone with " +
-                     info(way.scheme).name + " in " +
-                     std::to_string(options_.substeps * way.refinement) + " sub-steps";
-    if (outcome == Outcome::kUnconverged) report.message += ", still above the tolerance";
-    if (outcome == Outcome::kGainedEnergy) report.message += ", still gaining energy";
   }
   if (implicit_) {
     implicit_->stages.keep();
@@ -132,7 +217,7 @@ std::string Stepper::whereNotFinite() const {
   const ModelObject& object = model_.objectOf(particle);
   std::string message = "object " + object.name + ", particle " +
                         std::to_string(particle - object.first_particle) + " is not finite after " +
-                        info(options_.scheme).name;
+                        name(options_.scheme);
   if (explicit_) message += ": the step is too large for an explicit scheme";
   return message;
 }

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "energy_check.h"
+#include "error_control.h"
 #include "loads.h"
 #include "mass_spring_sim/model.h"
 #include "mass_spring_sim/pins.h"
@@ -11,15 +12,18 @@
 #include "schemes/explicit_scheme.h"
 #include "schemes/rosenbrock.h"
 #include "schemes/stage_scheme.h"
+#include "step_budget.h"
 
 namespace mass_spring {
 
-/// Advances a state by whole steps with the scheme asked for. A step that does not converge, is not
-/// finite or gains energy that nothing gave it is redone: with 2, 4, 8 times the sub-steps, then by
-/// implicit Euler with its line search, which descends on a function bounded below and therefore
-/// always ends. What happened is in the report; a step that fails leaves the state untouched.
+/// Advances a state by whole steps with the scheme asked for, in the sub-steps asked for, or as
+/// many as an accuracy needs or a budget buys. A step that does not converge, is not finite or
+/// gains energy that nothing gave it is redone: with 2, 4, 8 times the sub-steps, then by implicit
+/// Euler with its line search, which descends on a function bounded below and therefore always
+/// ends. What happened is in the report; a step that fails leaves the state untouched.
 class Stepper {
  public:
+  /// @param options  with a scheme that is not auto
   Stepper(const Model& model, const SolverOptions& options);
 
   /// @param h     s, the whole step
@@ -44,17 +48,28 @@ class Stepper {
     Rosenbrock rosenbrock;
     EnergyCheck energy;
   };
+  /// One attempt at a step; what it reaches is in work_.
   Outcome attempt(Scheme scheme, int substeps, double h, const Drive& drive, const State& state,
                   StepReport& report);
-  SubstepReport advance(Scheme scheme, double h, const Drive& drive);
+  Outcome attemptAccurately(double h, const Drive& drive, const State& state, StepReport& report);
+  Outcome attemptWithin(double h, const Drive& drive, const State& state, StepReport& report);
+  void begin(double h, const Drive& drive, const State& state, StepReport& report);
+  /// One sub-step from `from` to `to`, both as parts of the step of h [s].
+  Outcome advance(Scheme scheme, double from, double to, double h, const Drive& drive,
+                  const State& state, StepReport& report);
+  Outcome end(Outcome outcome, const Drive& drive);
   std::string whereNotFinite() const;
 
   const Model& model_;
   SolverOptions options_;
   std::optional<ExplicitScheme> explicit_;
   std::optional<Implicit> implicit_;
+  std::optional<ErrorControl> control_;
+  std::optional<StepBudget> budget_;
   State work_;
+  State before_substep_;               // only with an accuracy
   Vectors pin_ends_, pin_velocities_;  // pinned columns
+  double substep_error_ = 0.0;         // m, estimate of the last sub-step; -1 = none
 };
 
 }  // namespace mass_spring

@@ -105,7 +105,7 @@ TEST(SceneReader, ReadsSolverPublishAndLimits) {
   Tree tree = sceneWith("solver",
                         "{scheme: linear_implicit_euler, substeps: 3, newton_tolerance: 1e-4,"
                         " max_newton_iterations: 7, linear_solver: cholesky,"
-                        " linear_tolerance: 1.0e-8, max_linear_iterations: 9}");
+                        " linear_tolerance: 1.0e-8, max_linear_iterations: 9, budget: 0.005}");
   put(tree, "publish", "{markers: 1, state: 0, stats: 3.5}");
   put(tree, "limits", "{max_force: 1e3}");
   put(tree, "start_paused", "yes");
@@ -117,6 +117,8 @@ TEST(SceneReader, ReadsSolverPublishAndLimits) {
   EXPECT_EQ(scene.solver.linear_solver, LinearSolver::kCholesky);
   EXPECT_EQ(scene.solver.linear_tolerance, 1e-8);
   EXPECT_EQ(scene.solver.max_linear_iterations, 9);
+  EXPECT_EQ(scene.solver.budget, 0.005);
+  EXPECT_FALSE(scene.solver.accuracy);
   EXPECT_EQ(scene.publish.markers, 1.0);
   EXPECT_EQ(scene.publish.state, 0.0);
   EXPECT_EQ(scene.publish.stats, 3.5);
@@ -193,7 +195,8 @@ TEST(SceneReader, RefusesEachBadValueByName) {
       {"solver", "[]", "solver: got an empty list, expected a map of solver options"},
       {"solver.scheme", "implicit_eular",
        "solver.scheme: got 'implicit_eular', expected one of explicit_euler, symplectic_euler, "
-       "linear_implicit_euler, implicit_euler (did you mean 'implicit_euler'?)"},
+       "rk4, linear_implicit_euler, implicit_euler, implicit_midpoint, bdf2, tr_bdf2, ros3, auto (did "
+       "you mean 'implicit_euler'?)"},
       {"solver.substeps", "0", "solver.substeps: got 0, expected an integer in [1, 100000]"},
       {"solver.substeps", "3.0",
        "solver.substeps: got 3.0, expected an integer in [1, 100000] without a dot"},
@@ -209,6 +212,12 @@ TEST(SceneReader, RefusesEachBadValueByName) {
        "solver.linear_tolerance: got 0.0, expected a number in (0, 1)"},
       {"solver.max_linear_iterations", "-1",
        "solver.max_linear_iterations: got -1, expected an integer in [1, 1000000]"},
+      {"solver.accuracy", "0", "solver.accuracy: got 0, expected a number > 0 (m)"},
+      {"solver", "{scheme: bdf2, accuracy: 0.001}",
+       "solver.accuracy: got 0.001, expected a scheme with an estimate of its error: rk4, tr_bdf2, "
+       "ros3 or auto"},
+      {"solver", "{accuracy: 0.001, budget: 0.005}",
+       "solver.budget: got 0.005, expected either accuracy or budget"},
       // Objects.
       {"objects.2nd", "{type: particles, positions: [[0, 0, 0]], masses: 1}",
        "objects.2nd: got the name '2nd', expected a name of letters, digits and _ that begins with "

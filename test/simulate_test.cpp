@@ -165,6 +165,8 @@ TEST_F(Simulate, ReportsTheRun) {
     EXPECT_EQ(report[zero], 0) << zero;
   }
   EXPECT_TRUE(report["estimated_error"].is_null());
+  EXPECT_TRUE(report["max_budget_used"].is_null());
+  EXPECT_EQ(report["scheme_reason"], "");
   EXPECT_EQ(report["status"], "converged");
   EXPECT_EQ(report["message"], "");
 
@@ -186,7 +188,7 @@ TEST_F(Simulate, ReportsTheRun) {
                                                energy["end"]["elastic"].get<double>() +
                                                energy["end"]["gravity"].get<double>());
   EXPECT_GT(report["max_stretch"], 1.0);
-  EXPECT_EQ(report.size(), 21u);
+  EXPECT_EQ(report.size(), 23u);
 }
 
 TEST_F(Simulate, CountsTheWorkOfImplicitSteps) {

@@ -49,6 +49,8 @@ struct Model {
   State start;
   std::vector<std::unique_ptr<Effect>> effects;  ///< the active ones and no others
   std::shared_ptr<const BlockPattern> pattern;   ///< of the step matrix; only for implicit schemes
+  SolverOptions solver;       ///< of the scene, with auto decided: a scheme and its sub-steps
+  std::string scheme_reason;  ///< what auto chose and why; empty if it had nothing to choose
 
   std::uint32_t particleCount() const { return static_cast<std::uint32_t>(masses.size()); }
   /// nullptr if there is none of that name; "" finds the only object of a scene that has just one.

@@ -17,6 +17,7 @@ enum class Scheme {
   kBdf2,                 ///< two-step backward differentiation, for variable steps
   kTrBdf2,               ///< trapezoidal rule, then BDF2, in one step (Bank et al. 1985)
   kRos3,                 ///< Rosenbrock method of three stages (Sandu et al. 1997)
+  kAuto,  ///< symplectic_euler (rk4 for an accuracy) or tr_bdf2, whichever costs less
 };
 
 /// What is known of a scheme before it is run.
@@ -28,9 +29,13 @@ struct SchemeInfo {
   bool estimates;    ///< gives an estimate of each step's error
 };
 
-/// All schemes, in the order of the enumeration.
+/// All schemes but auto, in the order of the enumeration.
 const std::vector<SchemeInfo>& schemes();
+/// @param scheme  not auto
 const SchemeInfo& info(Scheme scheme);
+/// Names as in scene files, auto among them, in the order of the enumeration.
+const std::vector<std::string>& schemeNames();
+const std::string& name(Scheme scheme);
 std::optional<Scheme> schemeFromName(const std::string& name);
 
 /// Linear solvers of the implicit schemes.
@@ -51,6 +56,11 @@ struct SolverOptions {
   double newton_tolerance = 1e-6;  ///< error of a displacement / mean rest length, (0, 1)
   int max_newton_iterations = 20;  ///< [1, 1000]
   LinearSolver linear_solver = LinearSolver::kAuto;
+  /// m, > 0: sub-steps are chosen so that the estimated errors of one second add up to no more. For
+  /// schemes with an estimate, and auto.
+  std::optional<double> accuracy;
+  /// s per step, > 0: as many sub-steps as that buys; not with an accuracy.
+  std::optional<double> budget;
   double linear_tolerance = 1e-6;    ///< |b - A x| / |b|, (0, 1)
   int max_linear_iterations = 1000;  ///< [1, 1000000]
 };

@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <string>
 
+#include "mass_spring_sim/scheme.h"
+
 namespace mass_spring {
 
 enum class StepStatus : std::uint8_t {
@@ -18,6 +20,7 @@ const char* name(StepStatus status);
 struct StepReport {
   StepStatus status = StepStatus::kConverged;
   std::string message;  ///< empty if converged; else what was done, or object and particle
+  Scheme scheme = Scheme::kTrBdf2;  ///< that made the step
   std::uint32_t substeps = 0;
   std::uint32_t newton_iterations = 0;  ///< linear systems set up, over all sub-steps
   std::uint32_t linear_iterations = 0;  ///< of conjugate gradients; 0 with a direct solver
@@ -28,6 +31,7 @@ struct StepReport {
   /// m, sum of the sub-steps' estimates (root mean square over the free particles); -1 = the scheme
   /// has no estimate.
   double estimated_error = -1.0;
+  double budget_used = -1.0;  ///< time the step took / solver.budget; -1 = there is none
 };
 
 /// Sums over the steps since start or reset.
@@ -39,6 +43,8 @@ struct StepTotals {
   std::uint64_t factorizations = 0;
   std::uint64_t unconverged_steps = 0;  ///< degraded or failed
   std::uint64_t rejected_steps = 0;
+  double estimated_error = -1.0;  ///< m, sum of the steps' estimates; -1 = there is none
+  double max_budget_used = -1.0;  ///< of all steps; -1 = there is no budget
   void add(const StepReport& report);
 };
 

@@ -60,6 +60,9 @@ void run(ros::NodeHandle& nh, Simulation& simulation) {
                                 << simulation.model().springs.size() << " springs at "
                                 << simulation.scene().rate << " Hz"
                                 << (simulation.scene().start_paused ? ", paused." : "."));
+  if (!simulation.model().scheme_reason.empty()) {
+    ROS_INFO_STREAM(simulation.model().scheme_reason << '.');
+  }
   ros::waitForShutdown();
 
   // ROS is shut down by now. Nothing is lost with a step that takes long; its thread, which cannot

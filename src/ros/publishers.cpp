@@ -96,12 +96,13 @@ void Publishers::stepped(const StepReport& report, const StepMeter::Figures& fig
     message.step_time_median = figures.median;
     message.step_time_max = figures.max;
     message.overruns = overruns;
-    message.scheme = info(simulation_.scene().solver.scheme).name;
+    message.scheme = name(report.scheme);
     message.substeps = report.substeps;
     message.newton_iterations = report.newton_iterations;
     message.linear_iterations = report.linear_iterations;
     message.residual = report.residual;
-    message.estimated_error = -1.0;  // no scheme of this version has an estimate
+    message.estimated_error = report.estimated_error;
+    message.budget_used = report.budget_used;
     message.unconverged_steps = simulation_.totals().unconverged_steps;
     message.rejected_steps = simulation_.totals().rejected_steps;
     message.active_forces = simulation_.activeForces();

@@ -22,10 +22,10 @@ void readFrame(const Place& place, std::string& frame_id) {
 void readSolver(const Place& place, SolverOptions& solver) {
   static const NumberRule kTolerance{"", 0.0, 1.0, true};
   MapReader keys(place, "a map of solver options");
-  std::vector<std::string> scheme_names;
-  for (const SchemeInfo& scheme : schemes()) scheme_names.push_back(scheme.name);
   std::size_t index = 0;
-  if (keys.optional("scheme").read(index, scheme_names)) solver.scheme = schemes()[index].scheme;
+  if (keys.optional("scheme").read(index, schemeNames())) {
+    solver.scheme = static_cast<Scheme>(index);
+  }
   keys.optional("substeps").read(solver.substeps, 1, 100000);
   keys.optional("newton_tolerance").read(solver.newton_tolerance, kTolerance);
   keys.optional("max_newton_iterations").read(solver.max_newton_iterations, 1, 1000);
@@ -34,6 +34,15 @@ void readSolver(const Place& place, SolverOptions& solver) {
   }
   keys.optional("linear_tolerance").read(solver.linear_tolerance, kTolerance);
   keys.optional("max_linear_iterations").read(solver.max_linear_iterations, 1, 1000000);
+  const Place accuracy = keys.optional("accuracy");
+  const bool estimates = solver.scheme == Scheme::kAuto || info(solver.scheme).estimates;
+  if (accuracy.read(solver.accuracy, positive("m")) && !estimates) {
+    accuracy.refuse("a scheme with an estimate of its error: rk4, tr_bdf2, ros3 or auto");
+  }
+  const Place budget = keys.optional("budget");
+  if (budget.read(solver.budget, positive("s")) && solver.accuracy) {
+    budget.refuse("either accuracy or budget");
+  }
   keys.refuseUnknown();
 }
 

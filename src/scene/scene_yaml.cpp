@@ -170,13 +170,15 @@ void writeCommand(Writer& yaml, const PinCommand& command) {
 
 void writeSolver(Writer& yaml, const SolverOptions& solver) {
   yaml.begin("solver");
-  yaml.add("scheme", info(solver.scheme).name);
+  yaml.add("scheme", name(solver.scheme));
   yaml.add("substeps", solver.substeps);
   yaml.add("newton_tolerance", solver.newton_tolerance);
   yaml.add("max_newton_iterations", solver.max_newton_iterations);
   yaml.add("linear_solver", name(solver.linear_solver));
   yaml.add("linear_tolerance", solver.linear_tolerance);
   yaml.add("max_linear_iterations", solver.max_linear_iterations);
+  yaml.add("accuracy", solver.accuracy);
+  yaml.add("budget", solver.budget);
   yaml.end();
 }
 

@@ -96,9 +96,19 @@ LinearSystem::Result Newton::solveForStep(const Stage& stage, const Drive& drive
     system_.decouple(drive.pinned);
     delta_.setZero();
     const LinearSystem::Result result = system_.solve(right_side_, tolerance, delta_, report);
-    if (!exact || !result.indefinite) return result;
+    if (!result.indefinite) return result;
+    if (!exact) break;
     exact = false;
   }
+  // A projected matrix is definite but for rounding. A heavier one still leads downhill.
+  LinearSystem::Result result;
+  for (double share = 1e-14; share < 1e-2; share *= 100.0) {
+    system_.shift(share);
+    delta_.setZero();
+    result = system_.solve(right_side_, tolerance, delta_, report);
+    if (!result.indefinite) break;
+  }
+  return result;
 }
 
 bool Newton::iterate(const Stage& stage, const Drive& drive, Vectors& v, SubstepReport& report) {

@@ -29,6 +29,11 @@ void StepSystem::decouple(const std::vector<char>& pinned) {
   system_.prepare(matrix_);
 }
 
+void StepSystem::shift(double share) {
+  matrix_.shift(share);
+  system_.prepare(matrix_);
+}
+
 LinearSystem::Result StepSystem::solve(const Vectors& b, double tolerance, Vectors& x,
                                        SubstepReport& report) {
   const LinearSystem::Result result = system_.solve(b, tolerance, x);

@@ -22,6 +22,8 @@ class StepSystem {
   void multiply(const Vectors& x, Vectors& y) const { matrix_.multiply(x, y); }
   /// Takes the pinned particles out of the matrix, which is then ready to be solved with.
   void decouple(const std::vector<char>& pinned);
+  /// Makes the matrix heavier, after decouple(): see StepMatrix::shift().
+  void shift(double share);
   /// A x = b to |b - A x| <= tolerance |b|, from the x given where that helps.
   LinearSystem::Result solve(const Vectors& b, double tolerance, Vectors& x, SubstepReport& report);
 

@@ -55,6 +55,12 @@ void StepMatrix::multiply(const Vectors& x, Vectors& y) const {
   }
 }
 
+void StepMatrix::shift(double share) {
+  double largest = 0.0;
+  for (const SymmetricBlock& d : diagonal_) largest = std::max({largest, d.xx, d.yy, d.zz});
+  for (SymmetricBlock& d : diagonal_) d += SymmetricBlock::isotropic(share * largest);
+}
+
 void StepMatrix::decouple(const std::vector<char>& pinned) {
   for (std::uint32_t i = 0; i < pattern_->size(); ++i) {
     for (std::size_t s = pattern_->rowStart(i); s < pattern_->rowStart(i + 1); ++s) {

@@ -36,6 +36,8 @@ class StepMatrix {
 
   /// y = A x
   void multiply(const Vectors& x, Vectors& y) const;
+  /// Adds a share of the largest diagonal entry to the whole diagonal.
+  void shift(double share);
   /// Drops the blocks between pinned particles and all others: what is left solves for the free.
   void decouple(const std::vector<char>& pinned);
 

@@ -12,13 +12,16 @@ nlohmann::json json(const Energy& energy) {
           {"total", energy.total()}};
 }
 
+nlohmann::json orNull(double value) { return value < 0.0 ? nlohmann::json() : value; }
+
 }  // namespace
 
 nlohmann::json jsonReport(const Simulation& simulation, const RunStatistics& statistics) {
   const StepTotals& totals = simulation.totals();
   const StepTimes& times = statistics.step_times;
   return {
-      {"scheme", info(simulation.scene().solver.scheme).name},
+      {"scheme", name(simulation.model().solver.scheme)},
+      {"scheme_reason", simulation.model().scheme_reason},
       {"steps", simulation.state().step},
       {"substeps_total", totals.substeps},
       {"simulated_seconds", simulation.state().time},
@@ -35,7 +38,8 @@ nlohmann::json jsonReport(const Simulation& simulation, const RunStatistics& sta
       {"matrix_nonzeros", simulation.matrixNonzeros()},
       {"unconverged_steps", totals.unconverged_steps},
       {"rejected_steps", totals.rejected_steps},
-      {"estimated_error", nullptr},  // no scheme of this version has an embedded estimate
+      {"estimated_error", orNull(totals.estimated_error)},
+      {"max_budget_used", orNull(totals.max_budget_used)},
       {"energy",
        {{"start", json(statistics.start_energy)},
         {"end", json(energy(simulation.model(), simulation.state()))},

@@ -84,6 +84,9 @@ int check(const Scene& scene, const std::string& file) {
 
 void printSummary(const Simulation& simulation, const RunStatistics& statistics) {
   const std::string message = statistics.message();
+  if (!simulation.model().scheme_reason.empty()) {
+    std::cerr << "simulate: " << simulation.model().scheme_reason << '\n';
+  }
   std::cerr << "simulate: " << name(statistics.status) << ", " << simulation.state().step
             << " steps, " << simulation.state().time << " s simulated in "
             << statistics.wall_seconds << " s" << (message.empty() ? "" : "; " + message) << '\n';

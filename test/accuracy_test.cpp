@@ -1,0 +1,197 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+
+#include "mass_spring_sim/measures.h"
+#include "mass_spring_sim/simulation.h"
+#include "problems.h"
+#include "scheme_choice.h"
+
+// Accuracy as a request, budgets, and the choice of a scheme.
+namespace mass_spring {
+namespace {
+
+Scene swingingNet(Scheme scheme, double stiffness) {
+  Particles net = randomNet(20, stiffness, 0.95, 4);
+  net.damping.emplace(net.springs.size(), 0.02);
+  Scene scene = netScene(net, scheme, 60.0);
+  scene.effects.gravity = GravityOptions{Eigen::Vector3d(0, 0, -9.81)};
+  pin(scene, {0, 1});
+  return scene;
+}
+
+Vectors positionsAfter(const Scene& scene, double time, StepTotals* totals = nullptr) {
+  Simulation simulation(scene);
+  while (simulation.state().time < time - 1e-9) {
+    EXPECT_EQ(simulation.step().status, StepStatus::kConverged);
+  }
+  if (totals) *totals = simulation.totals();
+  return simulation.state().positions;
+}
+
+double rms(const Vectors& a, const Vectors& b) {
+  return std::sqrt((a - b).squaredNorm() / static_cast<double>(a.cols()));
+}
+
+class Accuracy : public testing::TestWithParam<Scheme> {};
+INSTANTIATE_TEST_SUITE_P(Schemes, Accuracy,
+                         testing::Values(Scheme::kRk4, Scheme::kTrBdf2, Scheme::kRos3),
+                         [](const auto& p) { return name(p.param); });
+
+TEST_P(Accuracy, IsMetAndCostsSubsteps) {
+  Scene reference = swingingNet(Scheme::kRk4, 300.0);
+  reference.solver.substeps = 400;
+  const Vectors exact = positionsAfter(reference, 0.5);
+  std::uint64_t substeps_before = 0;
+  for (const double accuracy : {1e-2, 1e-3, 1e-4}) {
+    Scene scene = swingingNet(GetParam(), 300.0);
+    scene.solver.accuracy = accuracy;
+    StepTotals totals;
+    const Vectors x = positionsAfter(scene, 0.5, &totals);
+    // 2: the estimates are of local errors, which grow on the way.
+    EXPECT_LT(rms(x, exact), 2.0 * accuracy);
+    EXPECT_GE(totals.substeps, substeps_before);
+    EXPECT_LE(totals.estimated_error, accuracy);
+    substeps_before = totals.substeps;
+  }
+  EXPECT_GT(substeps_before, 30u);  // there was something to control
+}
+
+// A pull that comes and goes: sub-steps follow, and come back.
+TEST(Accuracy, RefinesOnlyWhereNeeded) {
+  Scene scene = swingingNet(Scheme::kTrBdf2, 300.0);
+  std::get<Particles>(scene.objects[0].shape).damping->assign(39, 1.0);
+  scene.solver.accuracy = 1e-3;
+  Simulation simulation(scene);
+  for (int n = 0; n < 300; ++n) simulation.step();
+  ForceCommand pull;
+  pull.particles = {7};
+  pull.forces = {Eigen::Vector3d(100, 0, 0)};
+  pull.duration = 0.05;
+  const std::uint32_t calm = simulation.step().substeps;
+  ASSERT_TRUE(simulation.apply(pull).accepted());
+  std::uint32_t most = 0, last = 0;
+  for (int n = 0; n < 300; ++n) {
+    last = simulation.step().substeps;
+    most = std::max(most, last);
+  }
+  EXPECT_GT(most, 2 * calm);
+  EXPECT_LE(last, 2 * calm);
+}
+
+TEST(Accuracy, OutOfReachIsSaid) {
+  Scene scene = swingingNet(Scheme::kTrBdf2, 300.0);
+  scene.solver.accuracy = 1e-14;
+  scene.rate = 1000.0;
+  Simulation simulation(scene);
+  const StepReport report = simulation.step();
+  EXPECT_EQ(report.status, StepStatus::kDegraded);
+  EXPECT_NE(report.message.find("accuracy"), std::string::npos) << report.message;
+}
+
+TEST(Budget, OfNothingTakesTheCheapestWay) {
+  Scene scene = swingingNet(Scheme::kTrBdf2, 300.0);
+  scene.solver.budget = 1e-12;
+  Simulation simulation(scene);
+  simulation.step();  // learns what a sub-step costs
+  for (int n = 0; n < 20; ++n) {
+    const StepReport report = simulation.step();
+    if (report.status != StepStatus::kConverged) continue;  // redone, for another reason
+    EXPECT_EQ(report.scheme, Scheme::kLinearImplicitEuler);
+    EXPECT_EQ(report.substeps, 1u);
+    EXPECT_GT(report.budget_used, 1.0);
+  }
+}
+
+TEST(Budget, BuysSubsteps) {
+  Scene scene = swingingNet(Scheme::kTrBdf2, 300.0);
+  // A sub-step of twenty particles takes some ten microseconds on any machine of this century.
+  scene.solver.budget = 0.25;
+  Simulation simulation(scene);
+  simulation.step();
+  const StepReport report = simulation.step();
+  EXPECT_EQ(report.scheme, Scheme::kTrBdf2);
+  EXPECT_GT(report.substeps, 2u);
+  EXPECT_GT(report.budget_used, 0.0);
+}
+
+// The bounds hold for the true matrices, here dense, and are not far off.
+TEST(SchemeChoice, BoundsTheSpectrum) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    Particles net = randomNet(25, 1e3, 0.7, seed);
+    net.damping.emplace(net.springs.size(), 0.3);
+    for (std::size_t s = 0; s < net.springs.size(); s += 3) net.stiffness[s] *= 50.0;
+    const Scene scene = netScene(net, Scheme::kSymplecticEuler, 60.0);
+    const Model model = buildModel(scene);
+    const Eigen::Index n = 3 * 25;
+    Eigen::MatrixXd k = Eigen::MatrixXd::Zero(n, n), d = k;
+    for (const Spring& s : model.springs) {
+      const Eigen::Vector3d x = model.start.positions.col(s.j) - model.start.positions.col(s.i);
+      const Eigen::Matrix3d along = x.normalized() * x.normalized().transpose();
+      const double r = 1.0 - s.rest_length / x.norm();
+      const Eigen::Matrix3d stiffness =
+          s.stiffness * (along + r * (Eigen::Matrix3d::Identity() - along));
+      for (auto [matrix, block] :
+           {std::pair<Eigen::MatrixXd*, Eigen::Matrix3d>(&k, stiffness),
+            std::pair<Eigen::MatrixXd*, Eigen::Matrix3d>(&d, s.damping * along)}) {
+        matrix->block<3, 3>(3 * s.i, 3 * s.i) += block;
+        matrix->block<3, 3>(3 * s.j, 3 * s.j) += block;
+        matrix->block<3, 3>(3 * s.i, 3 * s.j) -= block;
+        matrix->block<3, 3>(3 * s.j, 3 * s.i) -= block;
+      }
+    }
+    Eigen::VectorXd root(n);
+    for (Eigen::Index i = 0; i < n; ++i) root[i] = 1.0 / std::sqrt(model.masses[i / 3]);
+    const auto largest = [&](const Eigen::MatrixXd& matrix) {
+      return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(root.asDiagonal() * matrix *
+                                                            root.asDiagonal())
+          .eigenvalues()
+          .maxCoeff();
+    };
+    const SpectrumBounds bounds = boundSpectrum(model);
+    EXPECT_GE(bounds.frequency, std::sqrt(largest(k)));
+    EXPECT_GE(bounds.damping, largest(d));
+    // At most twice the frequency: tension could make every direction as stiff as the spring.
+    EXPECT_LT(bounds.frequency, 2.0 * std::sqrt(largest(k)));
+  }
+}
+
+// Just inside its bound a scheme is stable; an energy that has grown tenfold has left it.
+TEST(SchemeChoice, StableStepsAreStable) {
+  for (const double damping : {0.0, 0.05, 5.0}) {
+    Particles net = randomNet(25, 1e3, 1.0, 2);
+    if (damping > 0.0) net.damping.emplace(net.springs.size(), damping);
+    net.velocities.assign(25, Eigen::Vector3d::Zero());
+    for (std::size_t i = 0; i < 25; i += 2) net.velocities[i] = Eigen::Vector3d(0.1, 0.2, -0.1);
+    Scene scene = netScene(net, Scheme::kAuto, 60.0);
+    const SpectrumBounds bounds = boundSpectrum(buildModel(scene));
+    for (const auto& [scheme, step] :
+         {std::pair(Scheme::kSymplecticEuler, stableSymplecticStep(bounds)),
+          std::pair(Scheme::kRk4, stableRk4Step(bounds))}) {
+      scene.solver.scheme = scheme;
+      scene.rate = 1.01 / step;
+      Simulation simulation(scene);
+      const double start = energy(simulation.model(), simulation.state()).total();
+      for (int n = 0; n < 3000; ++n) ASSERT_EQ(simulation.step().status, StepStatus::kConverged);
+      EXPECT_LT(energy(simulation.model(), simulation.state()).total(), 10.0 * start)
+          << info(scheme).name << ", damping " << damping;
+    }
+  }
+}
+
+TEST(SchemeChoice, SoftScenesAreExplicitAndStiffOnesImplicit) {
+  const Simulation soft(swingingNet(Scheme::kAuto, 100.0)), stiff(swingingNet(Scheme::kAuto, 1e9));
+  EXPECT_EQ(soft.model().solver.scheme, Scheme::kSymplecticEuler);
+  EXPECT_EQ(stiff.model().solver.scheme, Scheme::kTrBdf2);
+  for (const Simulation* simulation : {&soft, &stiff}) {
+    EXPECT_NE(simulation->model().scheme_reason.find("auto chose"), std::string::npos);
+  }
+  EXPECT_EQ(soft.matrixNonzeros(), 0u);
+  Scene accurate = swingingNet(Scheme::kAuto, 100.0);
+  accurate.solver.accuracy = 1e-3;
+  EXPECT_EQ(Simulation(accurate).model().solver.scheme, Scheme::kRk4);
+}
+
+}  // namespace
+}  // namespace mass_spring
