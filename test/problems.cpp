@@ -3,6 +3,8 @@
 #include <cmath>
 #include <random>
 
+#include "mass_spring_sim/model.h"
+
 namespace mass_spring {
 
 Scene netScene(Particles particles, Scheme scheme, double rate) {
@@ -84,6 +86,41 @@ Particles randomNet(int n, double stiffness, double slack, unsigned seed) {
   for (const auto& s : net.springs) {
     net.rest_lengths->push_back(slack * (net.positions[s[0]] - net.positions[s[1]]).norm());
   }
+  return net;
+}
+
+Particles byHand(const Scene& scene) {
+  Model model;
+  appendObject(scene.objects.at(0), model);
+  Particles net;
+  net.damping.emplace();
+  net.rest_lengths.emplace();
+  for (Eigen::Index i = 0; i < model.masses.size(); ++i) {
+    net.positions.push_back(model.start.positions.col(i));
+    net.velocities.push_back(model.start.velocities.col(i));
+    net.masses.push_back(model.masses[i]);
+  }
+  for (const Spring& s : model.springs) {
+    net.springs.push_back({s.i, s.j});
+    net.stiffness.push_back(s.stiffness);
+    net.damping->push_back(s.damping);
+    net.rest_lengths->push_back(s.rest_length);
+  }
+  return net;
+}
+
+Particles chain(int links, double length, const Eigen::Vector3d& direction, double mass,
+                double stiffness) {
+  Particles net;
+  for (int i = 0; i <= links; ++i) {
+    net.positions.push_back(i * length * direction.normalized());
+    net.masses.push_back(mass);
+    if (i > 0)
+      net.springs.push_back({static_cast<std::uint32_t>(i - 1), static_cast<std::uint32_t>(i)});
+  }
+  net.velocities.assign(net.positions.size(), Eigen::Vector3d::Zero());
+  net.stiffness.assign(net.springs.size(), stiffness);
+  net.rest_lengths.emplace(net.springs.size(), length);
   return net;
 }
 

@@ -32,6 +32,13 @@ Particles randomNet(int n, double stiffness, double slack, unsigned seed);
 /// An n x n cloth of 1 m, level at the start, held at two adjacent corners, in steps of 1/60 s.
 Scene hangingCloth(int n, Scheme scheme);
 
+/// The particles and springs of a scene's first object, by hand: to be moved before the start.
+Particles byHand(const Scene& scene);
+
+/// A chain of `links` springs of rest length `length` from the origin along a direction, at rest.
+Particles chain(int links, double length, const Eigen::Vector3d& direction, double mass,
+                double stiffness);
+
 /// The first pin of a scene: the given particles of its first object.
 void pin(Scene& scene, std::vector<std::uint32_t> particles);
 
