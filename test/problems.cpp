@@ -41,6 +41,22 @@ void pin(Scene& scene, std::vector<std::uint32_t> particles) {
   scene.pins.push_back({"hold", scene.objects[0].name, std::move(particles)});
 }
 
+std::vector<Scheme> allSchemes() {
+  std::vector<Scheme> all;
+  for (const SchemeInfo& scheme : schemes()) {
+    if (scheme.name != "auto") all.push_back(scheme.scheme);
+  }
+  return all;
+}
+
+std::vector<Scheme> implicitSchemes() {
+  std::vector<Scheme> implicit;
+  for (const Scheme scheme : allSchemes()) {
+    if (info(scheme).implicit) implicit.push_back(scheme);
+  }
+  return implicit;
+}
+
 double Oscillator::angularFrequency() const { return std::sqrt(stiffness / mass); }
 
 double Oscillator::dampingRatio() const { return damping / (2.0 * std::sqrt(stiffness * mass)); }

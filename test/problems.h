@@ -11,6 +11,10 @@ namespace mass_spring {
 /// A vacuum scene of one object "net" with the given solver; no pins, no gravity.
 Scene netScene(Particles particles, Scheme scheme, double rate);
 
+/// All schemes that step by themselves, for parameterised tests; `auto` chooses one of them.
+std::vector<Scheme> allSchemes();
+std::vector<Scheme> implicitSchemes();
+
 /// One mass on a spring along x, its other end (particle 0, at the origin) pinned.
 struct Oscillator {
   double mass = 0.3;         // kg
