@@ -120,6 +120,9 @@ TEST_P(EveryScheme, IsItsStabilityFunctionOnALinearSpring) {
     for (const double rate : {100.0, 30.0, 2.0, 0.1}) {
       Oscillator oscillator;
       oscillator.damping = damping;
+      // Newton starts at x + h v: an amplitude at which that does not turn the spring over.
+      const double wh = oscillator.angularFrequency() / rate;
+      oscillator.amplitude = std::min(oscillator.amplitude, 0.1 / wh);
       // What grows by 1e30 a step tells nothing more.
       if (!info(GetParam()).implicit && rate < 30.0) continue;
       const auto r =
@@ -131,11 +134,11 @@ TEST_P(EveryScheme, IsItsStabilityFunctionOnALinearSpring) {
       for (int n = 0; n < 40; ++n) {
         ASSERT_EQ(simulation.step().status, StepStatus::kConverged);
         const Eigen::Vector2d expected = *r * y;
+        if (std::abs(expected[0]) > oscillator.rest_length) break;  // explicit Euler turned it over
         y = Eigen::Vector2d(displacement(simulation, oscillator),
                             simulation.state().velocities(0, 1));
         // The length of the spring is 1 m with rounding errors of 2e-16 m; forces of k and impulses
         // of h k times that; 100 of each.
-        const double wh = oscillator.angularFrequency() / rate;
         EXPECT_LT(std::abs(y[0] - expected[0]), 1e-12) << "rate " << rate << ", step " << n;
         EXPECT_LT(std::abs(y[1] - expected[1]), 1e-12 * std::max(1.0, wh) * rate)
             << "rate " << rate << ", step " << n;

@@ -99,7 +99,7 @@ void heldAtOneCorner(Trial& trial) {
   Watched run(trial, scene);
   run.boundEnergy();
   const double start = energy(run->model(), run->state()).total();
-  run.step(600);
+  run.step(200);
   const Energy end = energy(run->model(), run->state());
   EXPECT_LT(end.kinetic, 1e-6 * (start - end.total()));
 }
