@@ -44,7 +44,7 @@ void billionNewtons(Trial& trial) {
   const double work = push.forces[0].dot(run->state().positions.col(12) - before);
   EXPECT_LE(totalEnergy(run), work * (1.0 + 1e-6));
   run.boundEnergy();
-  run.step(20);
+  run.step(10);
 }
 
 void pinTeleported(Trial& trial) {
@@ -59,7 +59,7 @@ void pinTeleported(Trial& trial) {
   ASSERT_TRUE(run->apply(moveTo("hold", hold + Eigen::Vector3d(0.6, 0.8, 0))).accepted());
   run.step();
   if (run.failed()) return;
-  run.boundEnergy();
+  run.boundEnergy(0.1);
   run.step(std::max(1, static_cast<int>(std::lround(1.0 / trial.h))));
   EXPECT_LT(maxStretch(run->model(), run->state()), 1.5);
 }
@@ -78,8 +78,8 @@ void rotatedScene(Trial& trial) {
     return built;
   };
   Watched straight(trial, scene(Eigen::Quaterniond::Identity())), turned(trial, scene(turn));
-  straight.step(10);
-  turned.step(10);
+  straight.step(5);
+  turned.step(5);
   if (straight.failed() || turned.failed()) return;
   const Vectors expected = turn.toRotationMatrix() * straight->state().positions;
   EXPECT_LT((turned->state().positions - expected).cwiseAbs().maxCoeff(), 1e-10);
@@ -136,11 +136,11 @@ void otherUnits(Trial& trial) {
 
 // Two jaws hold opposite faces of a block and close until they touch.
 void gripperSqueezesShut(Trial& trial) {
-  Scene scene = sceneOf(trial, block(trial, 4));
+  Scene scene = sceneOf(trial, block(trial, 3));
   ScenePin left{"left", "net", {}}, right{"right", "net", {}};
-  for (std::uint32_t row = 0; row < 16; ++row) {
-    left.particles.push_back(4 * row);
-    right.particles.push_back(4 * row + 3);
+  for (std::uint32_t row = 0; row < 9; ++row) {
+    left.particles.push_back(3 * row);
+    right.particles.push_back(3 * row + 2);
   }
   scene.pins = {left, right};
   Watched run(trial, scene);
@@ -156,8 +156,8 @@ void gripperSqueezesShut(Trial& trial) {
     run.step();
   }
   if (run.failed()) return;
-  run.boundEnergy();
-  run.step(20);
+  run.boundEnergy(0.1);
+  run.step(10);
   double strongest = 0.0, bound = 0.0;
   for (const Spring& s : run->model().springs) {
     strongest = std::max(strongest,

@@ -150,8 +150,8 @@ void thousandComponents(Trial& trial) {
     return built;
   };
   for (int c = 0; c < components; ++c) {
-    // Triangles, each of its own stiffness, over three decades.
-    Particles net = randomNet(3, trial.stiffness * std::pow(10.0, 1.0 + 3.0 * unit(random)), 1.0,
+    // Triangles, each of its own stiffness, over a decade.
+    Particles net = randomNet(3, trial.stiffness * std::pow(10.0, 1.0 + unit(random)), 1.0,
                               static_cast<unsigned>(c));
     const auto first = static_cast<std::uint32_t>(all.positions.size());
     all.positions.insert(all.positions.end(), net.positions.begin(), net.positions.end());
@@ -169,6 +169,7 @@ void thousandComponents(Trial& trial) {
     Watched run(trial, scene(alone[k]));
     run.step(3);
     if (run.failed()) return;
+    EXPECT_FALSE(run.everDegraded());
     const auto first = static_cast<Eigen::Index>(k) * (components / 5) * 3;
     const Vectors theirs = together->state().positions.middleCols(first, 3);
     // 1e-9 m: both solved to 1e-12 of some 0.5 m, in directions that move easily.
@@ -255,13 +256,13 @@ void warmStart(Trial& trial) {
 
 void cappedConjugateGradients(Trial& trial) {
   for (const int cap : {1, 5, 20}) {
-    Scene scene = sceneOf(trial, randomNet(60, 1e4 * trial.stiffness, 0.8, 5));
+    Scene scene = sceneOf(trial, randomNet(30, 1e4 * trial.stiffness, 0.8, 5));
     scene.solver.linear_solver = LinearSolver::kConjugateGradient;
     scene.solver.max_linear_iterations = cap;
     Watched run(trial, scene);
     const double start = energy(run->model(), run->state()).elastic;
     run.boundEnergy();
-    run.step(5);
+    run.step(3);
     if (run.failed()) return;
     EXPECT_LT(energy(run->model(), run->state()).elastic, start) << "cap " << cap;
     if (cap == 1) {
