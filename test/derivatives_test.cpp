@@ -158,7 +158,9 @@ void expectForceDerivative(const Model& model, const Vectors& dx, const Vectors&
                               forces(*effect, x - kStep * dx, v - kStep * dv)) /
                              (2.0 * kStep);
     EXPECT_LT((df - expected).cwiseAbs().maxCoeff(), kTolerance) << effect->name();
-    if (effect->name() != "gravity") EXPECT_GT(df.norm(), 1.0) << effect->name();
+    if (effect->name() != "gravity") {
+      EXPECT_GT(df.norm(), 1.0) << effect->name();
+    }
   }
 }
 

@@ -1,74 +1,11 @@
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
-#include <random>
-
-#include "problems.h"
+#include "random_system.h"
 #include "solvers/incomplete_cholesky.h"
 #include "solvers/linear_system.h"
 
 namespace mass_spring {
 namespace {
-
-/// A positive definite matrix on a random graph of n particles, and the same one dense.
-struct RandomSystem {
-  using Pattern = std::shared_ptr<const BlockPattern>;
-  Pattern pattern;
-  StepMatrix matrix;
-  Eigen::MatrixXd dense;
-  Vectors b;
-
-  explicit RandomSystem(const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs,
-                        std::uint32_t n, double stiffness = 100.0)
-      : pattern(makePattern(pairs, n)), matrix(pattern), dense(3 * n, 3 * n), b(3, n) {
-    std::mt19937 random(5);
-    std::uniform_real_distribution<double> unit(-1.0, 1.0);
-    matrix.setMasses(1.0, Eigen::VectorXd::Constant(n, 0.5));
-    dense.setZero();
-    dense.diagonal().setConstant(0.5);
-    for (const auto& [i, j] : pairs) {
-      const Eigen::Vector3d d(unit(random), unit(random), unit(random));
-      const SymmetricBlock block =
-          SymmetricBlock::axial(d.normalized(), stiffness, 0.3 * stiffness);
-      matrix.addElement(i, j, pattern->slot(i, j), block);
-      const Eigen::Matrix3d s = block.dense();
-      dense.block<3, 3>(3 * i, 3 * i) += s;
-      dense.block<3, 3>(3 * j, 3 * j) += s;
-      dense.block<3, 3>(3 * i, 3 * j) -= s;
-      dense.block<3, 3>(3 * j, 3 * i) -= s;
-    }
-    for (Eigen::Index k = 0; k < b.size(); ++k) b.data()[k] = unit(random);
-  }
-
-  static Pattern makePattern(const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs,
-                             std::uint32_t n) {
-    PatternBuilder builder;
-    for (const auto& [i, j] : pairs) builder.couple(j, i);
-    return std::make_shared<BlockPattern>(n, std::move(builder));
-  }
-
-  Vectors solution() const {
-    const Eigen::VectorXd x =
-        dense.ldlt().solve(Eigen::Map<const Eigen::VectorXd>(b.data(), b.size()));
-    return Eigen::Map<const Vectors>(x.data(), 3, b.cols());
-  }
-};
-
-using Pairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
-
-Pairs randomGraph(std::uint32_t n) {
-  Pairs pairs;
-  for (const auto& s : randomNet(static_cast<int>(n), 1.0, 1.0, 4).springs) {
-    pairs.emplace_back(s[0], s[1]);
-  }
-  return pairs;
-}
-
-Pairs chain(std::uint32_t n) {
-  Pairs pairs;
-  for (std::uint32_t i = 1; i < n; ++i) pairs.emplace_back(i, i - 1);
-  return pairs;
-}
 
 /// What a linear system needs to know of a model.
 Model modelOf(RandomSystem::Pattern pattern) {
@@ -114,39 +51,6 @@ TEST(StepMatrix, DecouplingLeavesTheFreeParticlesSystem) {
   for (Eigen::Index i = 0; i < 12; ++i) {
     EXPECT_EQ(y.col(i).norm() > 0.0, i == 3) << i;
   }
-}
-
-TEST(SparseCholesky, SolvesRandomGraphs) {
-  for (std::uint32_t n : {1u, 2u, 5u, 40u}) {
-    const RandomSystem s(randomGraph(n), n);
-    SparseCholesky cholesky(s.pattern);
-    ASSERT_TRUE(cholesky.factorize(s.matrix));
-    Vectors x(3, n);
-    cholesky.solve(s.b, x);
-    // 1e-11: rounding times a condition number of some 1e3.
-    EXPECT_LT((x - s.solution()).norm(), 1e-11 * x.norm()) << n;
-  }
-}
-
-// A chain factorises without fill: each row but the last updates one pivot.
-TEST(SparseCholesky, NeedsLinearWorkForAChain) {
-  for (std::uint32_t n : {10u, 100u, 1000u}) {
-    const SparseCholesky cholesky(RandomSystem::makePattern(chain(n), n));
-    EXPECT_EQ(cholesky.blockProducts(), n - 1);
-  }
-}
-
-TEST(SparseCholesky, RefusesAnIndefiniteMatrixAndRecovers) {
-  RandomSystem s(randomGraph(20), 20);
-  const StepMatrix good = s.matrix;
-  const std::uint32_t other = s.pattern->column(s.pattern->rowStart(4));
-  s.matrix.addElement(4, other, s.pattern->slot(4, other), SymmetricBlock::isotropic(-1e4));
-  SparseCholesky cholesky(s.pattern);
-  EXPECT_FALSE(cholesky.factorize(s.matrix));
-  ASSERT_TRUE(cholesky.factorize(good));
-  Vectors x(3, 20);
-  cholesky.solve(s.b, x);
-  EXPECT_LT((x - s.solution()).norm(), 1e-11 * x.norm());
 }
 
 // Without fill the incomplete factor is complete but for the rounding of its floats: each iteration

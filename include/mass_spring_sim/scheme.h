@@ -40,9 +40,10 @@ std::optional<Scheme> schemeFromName(const std::string& name);
 
 /// Linear solvers of the implicit schemes.
 enum class LinearSolver {
-  kAuto,               ///< Cholesky for small or chain-like systems, else conjugate gradients
+  kAuto,               ///< direct for small or chain-like systems, else conjugate gradients
   kConjugateGradient,  ///< preconditioned by a block incomplete Cholesky factor
-  kCholesky,           ///< sparse, 3x3 blocks
+  kCholesky,           ///< sparse factor, for any scene
+  kBanded,             ///< factor of a band: for ropes and chains of any kind, slow for the rest
 };
 
 /// Names as in scene files, in the order of the enumeration.

@@ -9,22 +9,24 @@ namespace {
 // times that.
 constexpr double kDirectWorkPerBlock = 25.0;
 // Factors beyond this size (some 10 s of work) are no rescue for a simulation that has to go on.
-constexpr std::size_t kLargestRescue = 500'000'000;
+constexpr double kLargestRescue = 5e8;
 
 }  // namespace
 
 LinearSystem::LinearSystem(const Model& model, const SolverOptions& options)
-    : options_(options), direct_(options.linear_solver == LinearSolver::kCholesky) {
+    : options_(options),
+      direct_(options.linear_solver == LinearSolver::kCholesky ||
+              options.linear_solver == LinearSolver::kBanded) {
   const std::shared_ptr<const BlockPattern>& pattern = model.pattern;
   if (options_.linear_solver != LinearSolver::kConjugateGradient) {
-    cholesky_.emplace(pattern);
+    direct_solver_ = makeDirectSolver(options_.linear_solver, pattern);
     if (options_.linear_solver == LinearSolver::kAuto) {
       const double blocks = pattern->size() + pattern->blocks();
-      direct_ = static_cast<double>(cholesky_->blockProducts()) < kDirectWorkPerBlock * blocks;
+      direct_ = direct_solver_->blockProducts() < kDirectWorkPerBlock * blocks;
     }
   }
   if (direct_) {
-    cholesky_->reserve();
+    direct_solver_->reserve();
   } else {
     conjugate_gradient_.emplace(pattern);
   }
@@ -57,8 +59,8 @@ LinearSystem::Result LinearSystem::solve(const Vectors& b, double tolerance, Vec
   result.iterations = iterative.iterations;
   result.residual = iterative.residual;
   result.indefinite = iterative.indefinite;
-  if (!result.converged && !result.indefinite && cholesky_ &&
-      cholesky_->blockProducts() < kLargestRescue) {
+  if (!result.converged && !result.indefinite && direct_solver_ &&
+      direct_solver_->blockProducts() < kLargestRescue) {
     solveDirectly(b, tolerance, x, result);
   }
   return result;
@@ -74,19 +76,20 @@ void LinearSystem::solveDirectly(const Vectors& b, double tolerance, Vectors& x,
   }
   if (!factorized_) {
     ++result.factorizations;
-    factorized_ = cholesky_->factorize(*matrix_);
+    factorized_ = direct_solver_->factorize(*matrix_);
   }
   if (!factorized_) {
     result.indefinite = true;
     return;
   }
-  cholesky_->solve(b, x);
+  direct_solver_->solve(b, x);
   matrix_->multiply(x, residual_);
   residual_ = b - residual_;
   double norm = residual_.norm();
-  // Refinement wins back the digits that badly scaled blocks cost.
-  for (int round = 0; round < 3 && norm > 1e-15 * b_norm; ++round) {
-    cholesky_->solve(residual_, correction_);
+  // Refinement wins back the digits that badly scaled blocks cost, until the error of this solution
+  // does not matter beside those that the tolerance allows others.
+  for (int round = 0; round < 3 && norm > 1e-3 * tolerance * b_norm; ++round) {
+    direct_solver_->solve(residual_, correction_);
     correction_ += x;
     matrix_->multiply(correction_, residual_);
     residual_ = b - residual_;

@@ -6,7 +6,7 @@
 #include "mass_spring_sim/model.h"
 #include "mass_spring_sim/scheme.h"
 #include "solvers/conjugate_gradient.h"
-#include "solvers/sparse_cholesky.h"
+#include "solvers/direct_solver.h"
 #include "solvers/step_matrix.h"
 
 namespace mass_spring {
@@ -42,8 +42,8 @@ class LinearSystem {
   SolverOptions options_;
   bool direct_;  // by choice, for every matrix
   const StepMatrix* matrix_ = nullptr;
-  bool factorized_ = false;  // matrix_, by cholesky_
-  std::optional<SparseCholesky> cholesky_;
+  bool factorized_ = false;  // matrix_, by direct_solver_
+  std::unique_ptr<DirectSolver> direct_solver_;
   std::optional<ConjugateGradient> conjugate_gradient_;
   Vectors residual_, correction_;
 };

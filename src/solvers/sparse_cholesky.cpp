@@ -1,7 +1,6 @@
 #include "solvers/sparse_cholesky.h"
 
-#include <Eigen/OrderingMethods>
-#include <Eigen/SparseCore>
+#include <algorithm>
 #include <limits>
 
 #include "solvers/dispatch.h"
@@ -11,36 +10,12 @@ namespace {
 
 constexpr std::uint32_t kNever = std::numeric_limits<std::uint32_t>::max();
 
-/// Position -> particle, by approximate minimum degree on the graph of particles.
-std::vector<std::uint32_t> minimumDegreeOrder(const BlockPattern& pattern) {
-  const auto n = static_cast<int>(pattern.size());
-  std::vector<Eigen::Triplet<double, int>> entries;
-  entries.reserve(2 * pattern.blocks() + pattern.size());
-  for (int i = 0; i < n; ++i) {
-    entries.emplace_back(i, i, 1.0);
-    const auto row = static_cast<std::uint32_t>(i);
-    for (std::size_t s = pattern.rowStart(row); s < pattern.rowStart(row + 1); ++s) {
-      const auto j = static_cast<int>(pattern.column(s));
-      entries.emplace_back(i, j, 1.0);
-      entries.emplace_back(j, i, 1.0);
-    }
-  }
-  Eigen::SparseMatrix<double> graph(n, n);
-  graph.setFromTriplets(entries.begin(), entries.end());
-  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> permutation;
-  Eigen::AMDOrdering<int>()(graph, permutation);
-  std::vector<std::uint32_t> order(pattern.size());
-  for (int i = 0; i < n; ++i) {
-    order[static_cast<std::size_t>(i)] = static_cast<std::uint32_t>(permutation.indices()[i]);
-  }
-  return order;
-}
-
 }  // namespace
 
-SparseCholesky::SparseCholesky(std::shared_ptr<const BlockPattern> pattern)
+SparseCholesky::SparseCholesky(std::shared_ptr<const BlockPattern> pattern,
+                               std::vector<std::uint32_t> order)
     : pattern_(std::move(pattern)),
-      order_(minimumDegreeOrder(*pattern_)),
+      order_(std::move(order)),
       position_(pattern_->size()),
       a_start_(pattern_->size() + 1, 0),
       a_row_(pattern_->blocks()),
@@ -76,7 +51,7 @@ SparseCholesky::SparseCholesky(std::shared_ptr<const BlockPattern> pattern)
       for (std::uint32_t j = a_row_[e]; mark_[j] != k;) {
         mark_[j] = k;
         // Column j holds count[j] entries above row k, each of which this row updates.
-        block_products_ += count[j] + 1;
+        block_products_ += static_cast<double>(count[j] + 1);
         ++count[j];
         if (parent_[j] < 0) parent_[j] = k;
         j = static_cast<std::uint32_t>(parent_[j]);
@@ -98,10 +73,16 @@ void SparseCholesky::reserve() {
   permuted_.resize(3, n);
 }
 
-MASS_SPRING_DISPATCH
 bool SparseCholesky::factorize(const StepMatrix& matrix) {
+  if (inverse_pivot_.size() != pattern_->size()) reserve();
+  return eliminate(matrix);
+}
+
+void SparseCholesky::solve(const Vectors& b, Vectors& x) { substitute(b, x); }
+
+MASS_SPRING_DISPATCH
+bool SparseCholesky::eliminate(const StepMatrix& matrix) {
   const std::uint32_t n = pattern_->size();
-  if (inverse_pivot_.size() != n) reserve();
   std::fill(mark_.begin(), mark_.end(), kNever);
   for (std::uint32_t k = 0; k < n; ++k) {
     // Row k of the matrix, scattered; and the columns it reaches, so that each comes before those
@@ -140,7 +121,8 @@ bool SparseCholesky::factorize(const StepMatrix& matrix) {
   return true;
 }
 
-void SparseCholesky::solve(const Vectors& b, Vectors& x) {
+MASS_SPRING_DISPATCH
+void SparseCholesky::substitute(const Vectors& b, Vectors& x) {
   const std::uint32_t n = pattern_->size();
   double* y = permuted_.data();
   for (std::uint32_t k = 0; k < n; ++k) permuted_.col(k) = b.col(order_[k]);
