@@ -7,13 +7,11 @@
 #include <memory>
 
 #include "effects/effect.h"
-#include "hanging_cloth.h"
 #include "mass_spring_sim/measures.h"
 #include "mass_spring_sim/simulation.h"
 #include "plain_eigen.h"
-#include "solvers/conjugate_gradient.h"
-#include "solvers/incomplete_cholesky.h"
-#include "solvers/sparse_cholesky.h"
+#include "scenes.h"
+#include "solvers/linear_system.h"
 #include "solvers/step_matrix.h"
 
 namespace mass_spring {
@@ -52,6 +50,14 @@ struct Swing {
   Vectors right_side;
 };
 
+/// Seconds per spring and evaluation.
+void countSprings(benchmark::State& run, const Swing& swing) {
+  using benchmark::Counter;
+  run.counters["per_spring"] = Counter(static_cast<double>(swing.simulation.model().springs.size()),
+                                       Counter::kIsIterationInvariantRate | Counter::kInvert);
+}
+
+/// All effects: springs, their damping, gravity.
 void forces(benchmark::State& run) {
   const Swing swing(static_cast<int>(run.range(0)));
   Vectors sum(3, swing.state().positions.cols());
@@ -62,7 +68,42 @@ void forces(benchmark::State& run) {
     }
     benchmark::DoNotOptimize(sum.data());
   }
-  run.SetItemsProcessed(run.iterations() * swing.simulation.model().springs.size());
+  countSprings(run, swing);
+}
+
+/// Springs and their damping as one writes them down, spring by spring.
+void plainForces(benchmark::State& run) {
+  const Swing swing(static_cast<int>(run.range(0)));
+  const std::vector<Spring>& springs = swing.simulation.model().springs;
+  const Vectors &x = swing.state().positions, &v = swing.state().velocities;
+  Vectors sum(3, x.cols());
+  for (auto _ : run) {
+    sum.setZero();
+    for (const Spring& s : springs) {
+      const Eigen::Vector3d d = x.col(s.j) - x.col(s.i);
+      const double length = d.norm();
+      const Eigen::Vector3d n = d / length;
+      const double rate = (v.col(s.j) - v.col(s.i)).dot(n);
+      const Eigen::Vector3d f = (s.stiffness * (length - s.rest_length) + s.damping * rate) * n;
+      sum.col(s.i) += f;
+      sum.col(s.j) -= f;
+    }
+    benchmark::DoNotOptimize(sum.data());
+  }
+  countSprings(run, swing);
+}
+
+/// The elastic springs alone.
+void springForces(benchmark::State& run) {
+  const Swing swing(static_cast<int>(run.range(0)));
+  const Effect& springs = *swing.effects().front();
+  Vectors sum(3, swing.state().positions.cols());
+  for (auto _ : run) {
+    sum.setZero();
+    springs.addForces(swing.state().positions, swing.state().velocities, sum);
+    benchmark::DoNotOptimize(sum.data());
+  }
+  countSprings(run, swing);
 }
 
 void assembly(benchmark::State& run) {
@@ -71,7 +112,7 @@ void assembly(benchmark::State& run) {
     swing.assemble();
     benchmark::DoNotOptimize(swing.matrix.get());
   }
-  run.SetItemsProcessed(run.iterations() * swing.simulation.model().springs.size());
+  countSprings(run, swing);
 }
 
 void product(benchmark::State& run) {
@@ -84,52 +125,21 @@ void product(benchmark::State& run) {
   run.counters["nonzeros"] = static_cast<double>(swing.pattern->nonzeros());
 }
 
-void incompleteFactor(benchmark::State& run) {
+/// A factor or preconditioner and a solution from nothing to 1e-6.
+void linearSolve(benchmark::State& run, LinearSolver solver) {
   const Swing swing(static_cast<int>(run.range(0)));
-  IncompleteCholesky preconditioner(swing.pattern);
-  for (auto _ : run) benchmark::DoNotOptimize(preconditioner.factorize(*swing.matrix));
-}
-
-void incompleteApply(benchmark::State& run) {
-  const Swing swing(static_cast<int>(run.range(0)));
-  IncompleteCholesky preconditioner(swing.pattern);
-  preconditioner.factorize(*swing.matrix);
-  Vectors z(3, swing.right_side.cols());
-  for (auto _ : run) {
-    preconditioner.apply(swing.right_side, z);
-    benchmark::DoNotOptimize(z.data());
-  }
-}
-
-void conjugateGradientSolve(benchmark::State& run) {
-  const Swing swing(static_cast<int>(run.range(0)));
-  ConjugateGradient solver(swing.pattern);
+  SolverOptions options;
+  options.linear_solver = solver;
+  options.threads = 1;
+  LinearSystem system(swing.simulation.model(), options);
   Vectors x(3, swing.right_side.cols());
-  LinearResult result;
+  LinearSystem::Result result;
   for (auto _ : run) {
     x.setZero();
-    result = solver.solve(*swing.matrix, swing.right_side, 1e-6, 100000, x);
+    result = system.solve(*swing.matrix, swing.right_side, 1e-6, x);
     benchmark::DoNotOptimize(x.data());
   }
   run.counters["iterations"] = result.iterations;
-}
-
-void choleskyFactor(benchmark::State& run) {
-  const Swing swing(static_cast<int>(run.range(0)));
-  SparseCholesky solver(swing.pattern);
-  for (auto _ : run) benchmark::DoNotOptimize(solver.factorize(*swing.matrix));
-  run.counters["block_products"] = static_cast<double>(solver.blockProducts());
-}
-
-void choleskySolve(benchmark::State& run) {
-  const Swing swing(static_cast<int>(run.range(0)));
-  SparseCholesky solver(swing.pattern);
-  solver.factorize(*swing.matrix);
-  Vectors x(3, swing.right_side.cols());
-  for (auto _ : run) {
-    solver.solve(swing.right_side, x);
-    benchmark::DoNotOptimize(x.data());
-  }
 }
 
 PlainEigen plainEigen(const Simulation& simulation) {
@@ -167,17 +177,17 @@ void measures(benchmark::State& run) {
   }
 }
 
-#define ALL_SIZES Arg(20)->Arg(50)->Arg(100)->Unit(benchmark::kMicrosecond)
+#define ALL_SIZES Arg(20)->Arg(50)->Arg(100)->Arg(200)->Unit(benchmark::kMicrosecond)
 BENCHMARK(forces)->ALL_SIZES;
+BENCHMARK(springForces)->ALL_SIZES;
+BENCHMARK(plainForces)->ALL_SIZES;
 BENCHMARK(assembly)->ALL_SIZES;
 BENCHMARK(eigenForcesAndAssembly)->ALL_SIZES;
 BENCHMARK(product)->ALL_SIZES;
 BENCHMARK(eigenProduct)->ALL_SIZES;
-BENCHMARK(incompleteFactor)->ALL_SIZES;
-BENCHMARK(incompleteApply)->ALL_SIZES;
-BENCHMARK(conjugateGradientSolve)->ALL_SIZES;
-BENCHMARK(choleskyFactor)->ALL_SIZES;
-BENCHMARK(choleskySolve)->ALL_SIZES;
+BENCHMARK_CAPTURE(linearSolve, conjugate_gradient, LinearSolver::kConjugateGradient)->ALL_SIZES;
+BENCHMARK_CAPTURE(linearSolve, multigrid, LinearSolver::kMultigrid)->ALL_SIZES;
+BENCHMARK_CAPTURE(linearSolve, cholesky, LinearSolver::kCholesky)->ALL_SIZES;
 BENCHMARK(measures)->ALL_SIZES;
 
 }  // namespace

@@ -19,6 +19,7 @@ PlainEigen::PlainEigen(const Model& model, const Eigen::Vector3d& gravity,
   b_.resize(3 * free);
   matrix_.resize(3 * free, 3 * free);
   conjugate_gradient_.setTolerance(tolerance);
+  conjugate_gradient_.setMaxIterations(100000);
 }
 
 void PlainEigen::addBlock(std::uint32_t i, std::uint32_t j, const Eigen::Matrix3d& block) {
@@ -71,16 +72,23 @@ void PlainEigen::assemble(const State& state) {
   b_ = gather(right_side_);
 }
 
+template <typename Factor>
+Eigen::VectorXd PlainEigen::solveDirectly(Factor& factor) {
+  if (!analyzed_) factor.analyzePattern(matrix_);
+  analyzed_ = true;
+  factor.factorize(matrix_);
+  return factor.solve(b_);
+}
+
 void PlainEigen::solve(State& state) {
   Eigen::VectorXd v;
   if (solver_ == Solver::kConjugateGradient) {
     conjugate_gradient_.compute(matrix_);
     v = conjugate_gradient_.solveWithGuess(b_, gather(state.velocities));
+  } else if (solver_ == Solver::kSimplicialLdlt) {
+    v = solveDirectly(ldlt_);
   } else {
-    if (!analyzed_) ldlt_.analyzePattern(matrix_);
-    analyzed_ = true;
-    ldlt_.factorize(matrix_);
-    v = ldlt_.solve(b_);
+    v = solveDirectly(cholmod_);
   }
   for (std::uint32_t i = 0; i < model_.particleCount(); ++i) {
     if (unknown_[i] < 0) continue;

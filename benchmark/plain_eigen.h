@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/CholmodSupport>
 #include <Eigen/IterativeLinearSolvers>
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
@@ -10,11 +11,12 @@
 namespace mass_spring {
 
 /// One linearly implicit step (course notes eq. 19) as one writes it with Eigen alone: a list of
-/// triplets, setFromTriplets, a solver of Eigen's. Same forces, same projection of compressed
-/// springs and same unknowns as the library: the velocities of the particles that no pin holds.
+/// triplets, setFromTriplets, a solver of Eigen's or, by its wrapper, CHOLMOD. Same forces, same
+/// projection of compressed springs and same unknowns as the library: the velocities of the
+/// particles that no pin holds.
 class PlainEigen {
  public:
-  enum class Solver { kConjugateGradient, kSimplicialLdlt };
+  enum class Solver { kConjugateGradient, kSimplicialLdlt, kCholmod };
 
   /// @param gravity  m/s^2
   /// @param pinned   per particle; pinned particles stand still
@@ -31,13 +33,19 @@ class PlainEigen {
   /// |b - A v| / |b| of what was assembled, for the velocities that another solver found.
   double residual(const Vectors& velocities) const;
 
-  int iterations() const { return static_cast<int>(conjugate_gradient_.iterations()); }
+  int iterations() const {
+    const bool iterative = solver_ == Solver::kConjugateGradient;
+    return iterative ? static_cast<int>(conjugate_gradient_.iterations()) : 0;
+  }
   const Eigen::SparseMatrix<double>& matrix() const { return matrix_; }
 
  private:
   using Matrix = Eigen::SparseMatrix<double>;
   void addBlock(std::uint32_t i, std::uint32_t j, const Eigen::Matrix3d& block);
   Eigen::VectorXd gather(const Vectors& vectors) const;
+  /// The pattern is analysed once.
+  template <typename Factor>
+  Eigen::VectorXd solveDirectly(Factor& factor);
 
   const Model& model_;
   Eigen::Vector3d gravity_;
@@ -50,6 +58,7 @@ class PlainEigen {
   Matrix matrix_;
   Eigen::ConjugateGradient<Matrix, Eigen::Lower | Eigen::Upper> conjugate_gradient_;
   Eigen::SimplicialLDLT<Matrix> ldlt_;
+  Eigen::CholmodDecomposition<Matrix> cholmod_;  // simplicial or supernodal, as CHOLMOD decides
   bool analyzed_ = false;
 };
 
