@@ -78,12 +78,24 @@ bool EnergyCheck::gained(const State& end, const Drive& drive) {
   scale_ = before_.kinetic + before_.elastic + after.kinetic + after.elastic +
            std::abs(after.gravity - before_.gravity) + std::abs(work);
   gain_ = after.total() - before_.total() - work;
+  kinetic_ = after.kinetic;
   // Rounding: of the sums, and of positions, which stiffness and steps turn into energy.
   const double position = 16.0 * kRounding * end.positions.cwiseAbs().maxCoeff();
   noise_ = 64.0 * kRounding * (scale_ + std::abs(before_.gravity)) +
            position * position * (stiffness_ + mass_ / (h_ * h_));
   return !(gain_ <= kStepTolerance * scale_ + noise_ &&
            balance_ + gain_ <= kTotalTolerance * scale_ + noise_);
+}
+
+bool EnergyCheck::slowDown(State& end, const Drive& drive) {
+  const double excess = std::max(gain_, balance_ + gain_);
+  if (!(excess <= kinetic_)) return false;
+  const double share = kinetic_ > 0.0 ? std::sqrt(1.0 - excess / kinetic_) : 1.0;
+  for (Eigen::Index i = 0; i < end.velocities.cols(); ++i) {
+    if (!drive.isPinned(i)) end.velocities.col(i) *= share;
+  }
+  gain_ -= excess;
+  return true;
 }
 
 void EnergyCheck::accept() {

@@ -20,6 +20,9 @@ class EnergyCheck {
   /// in one step, which second-order schemes gain and lose in turn; and by less still over all
   /// steps since restart(), so that small gains do not add up.
   bool gained(const State& end, const Drive& drive);
+  /// Where a step gained energy and there is no other way: slows the free particles down until it
+  /// has not. @return false if that is not enough
+  bool slowDown(State& end, const Drive& drive);
   /// The step that was checked last has been taken.
   void accept();
   void restart() { balance_ = 0.0; }
@@ -35,6 +38,7 @@ class EnergyCheck {
   double mass_ = 0.0;       // kg, sum over the particles
   double balance_ = 0.0;    // J, gained since restart(); what was dissipated makes it negative
   double gain_ = 0.0, scale_ = 0.0, noise_ = 0.0;  // J, of the step checked last
+  double kinetic_ = 0.0;                           // J, after it
   double h_ = 0.0;
   Energy before_;
   double pins_alone_ = 0.0;  // J, what the pins would do if all others stayed where they are

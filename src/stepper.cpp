@@ -167,17 +167,16 @@ StepReport Stepper::step(double h, const Pins& pins, const Vectors* loads, State
       Scheme scheme;
       int refinement;
     };
-    const std::array<Rung, 5> ladder = {{{options_.scheme, 2},
+    const std::array<Rung, 4> ladder = {{{options_.scheme, 2},
                                          {options_.scheme, 4},
                                          {options_.scheme, 8},
-                                         {Scheme::kImplicitEuler, 8},
-                                         {Scheme::kImplicitEuler, 64}}};
+                                         {Scheme::kImplicitEuler, 8}}};
     const char* why = outcome == Outcome::kUnconverged    ? "did not converge"
                       : outcome == Outcome::kGainedEnergy ? "gained energy"
                                                           : "was not finite";
     const std::string first = name(report.scheme);
     const int substeps = options_.substeps * (control_ ? 1 << control_->level() : 1);
-    const std::size_t rungs = implicit_ ? ladder.size() : ladder.size() - 2;
+    const std::size_t rungs = implicit_ ? ladder.size() : ladder.size() - 1;
     for (std::size_t r = 0; r < rungs && outcome != Outcome::kConverged; ++r) {
       ++report.rejected;
       report.scheme = ladder[r].scheme;
@@ -189,7 +188,12 @@ StepReport Stepper::step(double h, const Pins& pins, const Vectors* loads, State
     if (control_) control_->refine();
     report.status = StepStatus::kDegraded;
     if (outcome == Outcome::kUnconverged) report.message += ", still above the tolerance";
-    if (outcome == Outcome::kGainedEnergy) report.message += ", still gaining energy";
+    // Short of its root, or where the springs' energy is not convex, even implicit Euler can gain.
+    if (outcome == Outcome::kGainedEnergy ||
+        (implicit_ && outcome == Outcome::kUnconverged && implicit_->energy.gained(work_, drive))) {
+      const bool slowed = implicit_->energy.slowDown(work_, drive);
+      report.message += slowed ? ", slowed down to gain no energy" : ", gaining energy";
+    }
   }
   if (budget_) report.budget_used = budget_->spent() / budget_->seconds();
   if (outcome == Outcome::kNotFinite) {
