@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "effects/gravity.h"
-#include "effects/spring_damping.h"
 #include "effects/springs.h"
 #include "mass_spring_sim/model.h"
 #include "scheme_choice.h"
@@ -65,11 +64,8 @@ Model buildModel(const Scene& scene) {
   for (const Object& object : scene.objects) appendObject(object, model);
   requirePhysical(scene, model);
 
-  if (any(model.springs, &Spring::stiffness)) {
-    model.effects.push_back(std::make_unique<Springs>(model.springs));
-  }
-  if (any(model.springs, &Spring::damping)) {
-    model.effects.push_back(std::make_unique<SpringDamping>(model.springs));
+  if (any(model.springs, &Spring::stiffness) || any(model.springs, &Spring::damping)) {
+    model.effects.push_back(std::make_unique<Springs>(model.springs, model.particleCount()));
   }
   if (scene.effects.gravity) {
     model.effects.push_back(

@@ -27,7 +27,9 @@ const ModelObject& Model::objectOf(std::uint32_t particle) const {
 
 std::vector<std::string> Model::effectNames() const {
   std::vector<std::string> names;
-  for (const auto& effect : effects) names.push_back(effect->name());
+  for (const auto& effect : effects) {
+    for (const std::string& name : effect->names()) names.push_back(name);
+  }
   return names;
 }
 

@@ -9,4 +9,13 @@ void sumForces(const Model& model, const Vectors* loads, const Vectors& position
   if (loads) forces += *loads;
 }
 
+void sumForces(const Model& model, const Vectors* loads, const Vectors& positions,
+               const Vectors& velocities, Vectors& forces, Energy& energy, double& dissipation) {
+  forces.setZero();
+  for (const auto& effect : model.effects) {
+    effect->addForces(positions, velocities, forces, energy, dissipation);
+  }
+  if (loads) forces += *loads;
+}
+
 }  // namespace mass_spring

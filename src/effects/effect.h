@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "mass_spring_sim/measures.h"
 #include "mass_spring_sim/model.h"
@@ -31,7 +32,8 @@ enum class Projection {
 class Effect {
  public:
   virtual ~Effect() = default;
-  virtual std::string name() const = 0;
+  /// What it is called where active effects are listed; more than one if it joins several.
+  virtual std::vector<std::string> names() const = 0;
 
   /// Adds the potential energy [J] to the entry it belongs to.
   virtual void addEnergy(const Vectors& /*positions*/, Energy& /*energy*/) const {}
@@ -44,6 +46,11 @@ class Effect {
   /// Adds the force on each particle [N].
   virtual void addForces(const Vectors& positions, const Vectors& velocities,
                          Vectors& forces) const = 0;
+
+  /// The same, and adds energy and half the power lost at that point: what energy methods need,
+  /// cheaper than one after the other.
+  virtual void addForces(const Vectors& positions, const Vectors& velocities, Vectors& forces,
+                         Energy& energy, double& dissipation) const = 0;
 
   /// df += (df/dx) dx + (df/dv) dv: how the forces change with positions and velocities, exactly
   /// and unprojected, also where the step matrix leaves terms out.
@@ -66,5 +73,8 @@ class Effect {
 /// Sum over the model's effects, and the external loads if there are any [N].
 void sumForces(const Model& model, const Vectors* loads, const Vectors& positions,
                const Vectors& velocities, Vectors& forces);
+/// The same, and adds the effects' energy [J] and half the power that they lose [W].
+void sumForces(const Model& model, const Vectors* loads, const Vectors& positions,
+               const Vectors& velocities, Vectors& forces, Energy& energy, double& dissipation);
 
 }  // namespace mass_spring

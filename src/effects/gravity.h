@@ -9,13 +9,18 @@ class Gravity : public Effect {
  public:
   Gravity(const Eigen::Vector3d& acceleration, const Eigen::VectorXd& masses)
       : weights_(acceleration * masses.transpose()) {}
-  std::string name() const override { return "gravity"; }
+  std::vector<std::string> names() const override { return {"gravity"}; }
   void addEnergy(const Vectors& positions, Energy& energy) const override {
     energy.gravity -= weights_.cwiseProduct(positions).sum();
   }
   void addForces(const Vectors& /*positions*/, const Vectors& /*velocities*/,
                  Vectors& forces) const override {
     forces += weights_;
+  }
+  void addForces(const Vectors& positions, const Vectors& velocities, Vectors& forces,
+                 Energy& energy, double& /*dissipation*/) const override {
+    addEnergy(positions, energy);
+    addForces(positions, velocities, forces);
   }
 
  private:

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "effects/spring_direction.h"
 #include "solvers/step_matrix.h"
@@ -9,10 +10,27 @@
 namespace mass_spring {
 namespace {
 
-/// r = 1 - L/l, the share of k that acts across the spring; -infinity where the ends coincide.
-double transverseRatio(double length, double rest_length) {
-  if (rest_length == 0.0) return 1.0;  // linear, also at length 0
-  return 1.0 - rest_length / length;
+constexpr double kNoFloor = -std::numeric_limits<double>::infinity();
+
+/// The ends' coordinates of gathered springs.
+struct GatheredEnds {
+  alignas(64) double of[3][SpringBatch::kMaxLanes];
+
+  EndColumns gather(const std::vector<std::uint32_t>& ends, std::uint32_t lanes,
+                    const Vectors& vectors) {
+    const std::size_t springs = ends.size();
+    for (std::size_t s = 0; s < springs; ++s) {
+      const double* from = vectors.data() + 3 * std::size_t{ends[s]};
+      for (int axis = 0; axis < 3; ++axis) of[axis][s] = from[axis];
+    }
+    for (auto& values : of) std::fill(values + springs, values + lanes, 0.0);
+    return {of[0], of[1], of[2]};
+  }
+};
+
+EndColumns columnsFrom(const Columns& columns, std::uint32_t particle) {
+  const double* first = columns.data() + particle;
+  return {first, first + columns.rows(), first + 2 * columns.rows()};
 }
 
 }  // namespace
@@ -20,89 +38,271 @@ double transverseRatio(double length, double rest_length) {
 SymmetricBlock springStiffness(const Eigen::Vector3d& d, double stiffness, double rest_length,
                                bool project) {
   const SpringDirection direction(d);
-  double r = transverseRatio(direction.length, rest_length);
+  // The share of k that acts across the spring; linear without rest length, also at length 0.
+  double r = rest_length == 0.0 ? 1.0 : 1.0 - rest_length / direction.length;
   if (project) r = std::max(r, 0.0);
   return SymmetricBlock::axial(direction.n, stiffness, stiffness * r);
 }
 
-Springs::Springs(const std::vector<Spring>& springs) {
-  elements_.reserve(springs.size());
-  for (const Spring& s : springs) {
-    if (s.stiffness > 0.0) elements_.push_back({s.i, s.j, s.stiffness, s.rest_length, 0});
+Springs::Springs(const std::vector<Spring>& springs, std::uint32_t particles) : batches_(springs) {
+  if (batches_.runs().empty()) return;
+  const Eigen::Index rows = Eigen::Index{particles} + SpringBatch::kLaneWidth;
+  positions_.setZero(rows, 3);
+  forces_.setZero(rows, 3);
+  if (batches_.damped()) velocities_.setZero(rows, 3);
+}
+
+std::vector<std::string> Springs::names() const {
+  std::vector<std::string> names;
+  if (batches_.elastic()) names.push_back("springs");
+  if (batches_.damped()) names.push_back("spring_damping");
+  return names;
+}
+
+template <typename Visit, typename Finish>
+void Springs::forEachBatch(const Vectors& positions, const Vectors* velocities, Visit visit,
+                           Finish finish) const {
+  SpringLanes lanes;
+  const auto describe = [&](const SpringBatch& batch) {
+    lanes.lanes = batch.lanes;
+    lanes.uniform = batch.uniform;
+    lanes.damped = batch.damped && velocities;
+    lanes.stiffness = batches_.stiffness(batch);
+    lanes.rest_length = batches_.restLength(batch);
+    lanes.damping = lanes.damped ? batches_.damping(batch) : nullptr;
+  };
+  // Coordinates come into the first cache and results leave it as the runs go by.
+  const auto particles = static_cast<std::uint32_t>(positions.cols());
+  std::uint32_t separated = 0, finished = 0;
+  for (const SpringBatch& batch : batches_.runs()) {
+    const std::uint32_t needed = std::min(batch.needed, particles);
+    if (needed > separated) {
+      separate(positions, separated, needed, positions_);
+      if (velocities && batches_.damped()) separate(*velocities, separated, needed, velocities_);
+      separated = needed;
+    }
+    describe(batch);
+    lanes.xi = columnsFrom(positions_, batch.i);
+    lanes.xj = columnsFrom(positions_, batch.j);
+    if (lanes.damped) {
+      lanes.vi = columnsFrom(velocities_, batch.i);
+      lanes.vj = columnsFrom(velocities_, batch.j);
+    }
+    visit(batch, lanes);
+    const std::uint32_t done = std::min(batch.finished, particles);
+    if (done > finished) finish(finished, done);
+    finished = std::max(finished, done);
   }
+  GatheredEnds ends[4];
+  for (const SpringBatch& batch : batches_.gathered()) {
+    describe(batch);
+    lanes.xi = ends[0].gather(batch.ends_i, batch.lanes, positions);
+    lanes.xj = ends[1].gather(batch.ends_j, batch.lanes, positions);
+    if (lanes.damped) {
+      lanes.vi = ends[2].gather(batch.ends_i, batch.lanes, *velocities);
+      lanes.vj = ends[3].gather(batch.ends_j, batch.lanes, *velocities);
+    }
+    visit(batch, lanes);
+  }
+}
+
+void Springs::addTo(Vectors& forces, const SpringBatch& batch, LaneResults<3>& force) const {
+  if (batch.ends_i.empty()) {
+    force.clear(batch.gaps);
+    for (int axis = 0; axis < 3; ++axis) {
+      double* column = forces_.col(axis).data();
+      addLanes(force.of[axis], batch.lanes, column + batch.i);
+      subtractLanes(force.of[axis], batch.lanes, column + batch.j);
+    }
+    return;
+  }
+  for (std::size_t s = 0; s < batch.ends_i.size(); ++s) {
+    const Eigen::Vector3d f(force.of[0][s], force.of[1][s], force.of[2][s]);
+    forces.col(batch.ends_i[s]) += f;
+    forces.col(batch.ends_j[s]) -= f;
+  }
+}
+
+void Springs::addForces(const Vectors& positions, const Vectors& velocities,
+                        Vectors& forces) const {
+  LaneResults<3> force;
+  const auto finish = [&](std::uint32_t from, std::uint32_t to) {
+    moveInto(forces, from, to, forces_);
+  };
+  forEachBatch(
+      positions, &velocities,
+      [&](const SpringBatch& batch, const SpringLanes& lanes) {
+        springForces(lanes, force);
+        addTo(forces, batch, force);
+      },
+      finish);
+}
+
+void Springs::addForces(const Vectors& positions, const Vectors& velocities, Vectors& forces,
+                        Energy& energy, double& dissipation) const {
+  LaneResults<3> force;
+  LaneResults<2> energies;
+  const auto finish = [&](std::uint32_t from, std::uint32_t to) {
+    moveInto(forces, from, to, forces_);
+  };
+  forEachBatch(
+      positions, &velocities,
+      [&](const SpringBatch& batch, const SpringLanes& lanes) {
+        springForcesAndEnergies(lanes, force, energies);
+        addTo(forces, batch, force);
+        energies.clear(batch.gaps);
+        energy.elastic += sumLanes(energies.of[0], batch.lanes);
+        dissipation += sumLanes(energies.of[1], batch.lanes);
+      },
+      finish);
 }
 
 void Springs::addEnergy(const Vectors& positions, Energy& energy) const {
+  LaneResults<3> force;
+  LaneResults<2> energies;
+  forEachBatch(
+      positions, nullptr,
+      [&](const SpringBatch& batch, const SpringLanes& lanes) {
+        springForcesAndEnergies(lanes, force, energies);
+        energies.clear(batch.gaps);
+        energy.elastic += sumLanes(energies.of[0], batch.lanes);
+      },
+      [](auto...) {});
+}
+
+double Springs::dissipation(const Vectors& positions, const Vectors& velocities) const {
+  if (!batches_.damped()) return 0.0;
+  LaneResults<3> force;
+  LaneResults<2> energies;
   double sum = 0.0;
-  for (const Element& e : elements_) {
-    const double stretch = (positions.col(e.j) - positions.col(e.i)).norm() - e.rest_length;
-    sum += 0.5 * e.stiffness * stretch * stretch;
-  }
-  energy.elastic += sum;
+  forEachBatch(
+      positions, &velocities,
+      [&](const SpringBatch& batch, const SpringLanes& lanes) {
+        if (!batch.damped) return;
+        springForcesAndEnergies(lanes, force, energies);
+        energies.clear(batch.gaps);
+        sum += sumLanes(energies.of[1], batch.lanes);
+      },
+      [](auto...) {});
+  return sum;
 }
 
-void Springs::addForces(const Vectors& positions, const Vectors& /*velocities*/,
-                        Vectors& forces) const {
-  for (const Element& e : elements_) {
-    const SpringDirection direction(positions.col(e.j) - positions.col(e.i));
-    const Eigen::Vector3d f = e.stiffness * (direction.length - e.rest_length) * direction.n;
-    forces.col(e.i) += f;
-    forces.col(e.j) -= f;
-  }
-}
-
-void Springs::addForceDerivative(const Vectors& x, const Vectors& /*v*/, const Vectors& dx,
-                                 const Vectors& /*dv*/, Vectors& df) const {
-  for (const Element& e : elements_) {
-    const Eigen::Vector3d d = x.col(e.j) - x.col(e.i);
-    // Where the ends coincide there is no exact derivative.
-    const bool project = !std::isfinite(transverseRatio(d.norm(), e.rest_length));
-    const Eigen::Vector3d change = dx.col(e.j) - dx.col(e.i);
-    double f[3] = {0.0, 0.0, 0.0};
-    springStiffness(d, e.stiffness, e.rest_length, project).multiplyAdd(change.data(), f);
-    df.col(e.i) += Eigen::Map<const Eigen::Vector3d>(f);
-    df.col(e.j) -= Eigen::Map<const Eigen::Vector3d>(f);
-  }
+// With d = x_j - x_i = l n and w = v_j - v_i, f_i = k (l - L) n + k_d (w . n) n changes by
+//   df_i = S dd + k_d [(dw . n + w . dn) n + (w . n) dn],  dn = (I - n n^T) dd / l.
+// Where the ends coincide n is a constant that stands in for a direction, and dn = 0.
+void Springs::addForceDerivative(const Vectors& x, const Vectors& v, const Vectors& dx,
+                                 const Vectors& dv, Vectors& df) const {
+  batches_.forEach([&](std::uint32_t i, std::uint32_t j, std::size_t /*lane*/, double stiffness,
+                       double damping, double rest_length) {
+    const Eigen::Vector3d d = x.col(j) - x.col(i);
+    const SpringDirection direction(d);
+    const Eigen::Vector3d& n = direction.n;
+    const Eigen::Vector3d dd = dx.col(j) - dx.col(i);
+    const bool coincident = direction.length == 0.0;
+    Eigen::Vector3d f = Eigen::Vector3d::Zero();
+    springStiffness(d, stiffness, rest_length, coincident).multiplyAdd(dd.data(), f.data());
+    if (damping > 0.0) {
+      Eigen::Vector3d dn = Eigen::Vector3d::Zero();
+      if (!coincident) dn = (dd - n.dot(dd) * n) / direction.length;
+      const Eigen::Vector3d w = v.col(j) - v.col(i);
+      const Eigen::Vector3d dw = dv.col(j) - dv.col(i);
+      f += damping * ((dw.dot(n) + w.dot(dn)) * n + w.dot(n) * dn);
+    }
+    df.col(i) += f;
+    df.col(j) -= f;
+  });
 }
 
 void Springs::addPattern(PatternBuilder& pattern) const {
-  for (const Element& e : elements_) pattern.couple(e.i, e.j);
+  batches_.forEach([&](std::uint32_t i, std::uint32_t j, auto...) { pattern.couple(i, j); });
 }
 
 void Springs::findSlots(const BlockPattern& pattern) {
-  for (Element& e : elements_) e.slot = pattern.slot(e.i, e.j);
+  slots_.assign(batches_.lanes(), 0);
+  batches_.forEach([&](std::uint32_t i, std::uint32_t j, std::size_t lane, auto...) {
+    slots_[lane] = static_cast<std::uint32_t>(pattern.slot(i, j));
+  });
+  const Eigen::Index rows = Eigen::Index{pattern.size()} + SpringBatch::kLaneWidth;
+  taken_.setZero(rows);
+  diagonal_.setZero(rows, 6);
 }
 
+void Springs::findFloors(const Vectors& positions, const MatrixWeights& weights,
+                         Projection projection, const StepMatrix& matrix) const {
+  if (projection == Projection::kNone) {
+    taken_.setConstant(kNoFloor);
+    return;
+  }
+  LaneResults<1> taken;
+  taken_.setZero();
+  forEachBatch(
+      positions, nullptr,
+      [&](const SpringBatch& batch, const SpringLanes& lanes) {
+        springIndefiniteness(lanes, weights.stiffness, taken);
+        if (batch.ends_i.empty()) {
+          taken.clear(batch.gaps);
+          addLanes(taken.of[0], batch.lanes, taken_.data() + batch.i);
+          addLanes(taken.of[0], batch.lanes, taken_.data() + batch.j);
+          return;
+        }
+        for (std::size_t s = 0; s < batch.ends_i.size(); ++s) {
+          taken_[batch.ends_i[s]] += taken.of[0][s];
+          taken_[batch.ends_j[s]] += taken.of[0][s];
+        }
+      },
+      [](auto...) {});
+  const std::uint32_t particles = matrix.pattern().size();
+  for (std::uint32_t i = 0; i < particles; ++i) {
+    taken_[i] = taken_[i] < matrix.mass(i) ? kNoFloor : 0.0;
+  }
+}
+
+// Where its mass outweighs what compressed springs take from a particle's diagonal block, the
+// matrix stays definite without projection; a spring is projected if that fails at one of its ends.
 std::uint32_t Springs::addDerivatives(const Vectors& positions, const MatrixWeights& weights,
                                       Projection projection, StepMatrix& matrix) const {
-  // A compressed spring takes at most 2 k |r| from the diagonal of each of its ends, as
-  // [1 -1; -1 1] <= 2 I. Where the mass outweighs the sum over its springs, the matrix stays
-  // definite without projection; a spring is projected if that fails at one of its ends.
-  Eigen::VectorXd& taken = matrix.indefiniteness();
-  taken.setZero();
-  if (projection == Projection::kWhereNeeded) {
-    for (const Element& e : elements_) {
-      const double length = (positions.col(e.j) - positions.col(e.i)).norm();
-      const double r = transverseRatio(length, e.rest_length);
-      if (r < 0.0) {
-        taken[e.i] -= 2.0 * weights.stiffness * e.stiffness * r;
-        taken[e.j] -= 2.0 * weights.stiffness * e.stiffness * r;
-      }
-    }
-  }
-  std::uint32_t projected = 0;
-  for (const Element& e : elements_) {
-    const Eigen::Vector3d d = positions.col(e.j) - positions.col(e.i);
-    const double r = transverseRatio(d.norm(), e.rest_length);
-    const bool light = projection == Projection::kWhereNeeded &&
-                       !(taken[e.i] < matrix.mass(e.i) && taken[e.j] < matrix.mass(e.j));
-    // Where the ends coincide there is no exact derivative.
-    const bool project = r < 0.0 && (light || !std::isfinite(r));
-    matrix.addElement(e.i, e.j, e.slot,
-                      springStiffness(d, weights.stiffness * e.stiffness, e.rest_length, project));
-    if (project) ++projected;
-  }
-  return projected;
+  findFloors(positions, weights, projection, matrix);
+  LaneResults<6> block;
+  LaneResults<1> projected;
+  double count = 0.0;
+  SymmetricBlock* upper = matrix.upper().data();
+  forEachBatch(
+      positions, nullptr,
+      [&](const SpringBatch& batch, SpringLanes lanes) {
+        lanes.damped = batch.damped && weights.damping > 0.0;
+        if (lanes.damped) lanes.damping = batches_.damping(batch);
+        const std::uint32_t* slots = slots_.data() + batch.first_lane;
+        if (batch.ends_i.empty()) {
+          springBlocks(lanes, taken_.data() + batch.i, taken_.data() + batch.j, weights, block,
+                       projected);
+          block.clear(batch.gaps);
+          projected.clear(batch.gaps);
+          for (int entry = 0; entry < 6; ++entry) {
+            double* column = diagonal_.col(entry).data();
+            addLanes(block.of[entry], batch.lanes, column + batch.i);
+            addLanes(block.of[entry], batch.lanes, column + batch.j);
+          }
+          subtractBlocks(block, slots, batch.lanes, upper);
+        } else {
+          alignas(64) double floor_i[SpringBatch::kMaxLanes] = {};
+          alignas(64) double floor_j[SpringBatch::kMaxLanes] = {};
+          for (std::size_t s = 0; s < batch.ends_i.size(); ++s) {
+            floor_i[s] = taken_[batch.ends_i[s]];
+            floor_j[s] = taken_[batch.ends_j[s]];
+          }
+          springBlocks(lanes, floor_i, floor_j, weights, block, projected);
+          for (std::size_t s = 0; s < batch.ends_i.size(); ++s) {
+            matrix.addElement(batch.ends_i[s], batch.ends_j[s], slots[s],
+                              {block.of[0][s], block.of[1][s], block.of[2][s], block.of[3][s],
+                               block.of[4][s], block.of[5][s]});
+          }
+        }
+        count += sumLanes(projected.of[0], batch.lanes);
+      },
+      [&](std::uint32_t from, std::uint32_t to) {
+        moveInto(matrix.diagonal(), from, to, diagonal_);
+      });
+  return static_cast<std::uint32_t>(count);
 }
 
 }  // namespace mass_spring

@@ -3,6 +3,8 @@
 #include <vector>
 
 #include "effects/effect.h"
+#include "effects/spring_batches.h"
+#include "effects/spring_kernels.h"
 #include "mass_spring_sim/model.h"
 #include "solvers/symmetric_block.h"
 
@@ -16,14 +18,27 @@ namespace mass_spring {
 SymmetricBlock springStiffness(const Eigen::Vector3d& d, double stiffness, double rest_length,
                                bool project);
 
-/// Elastic springs: E = k/2 (l - L)^2 (eq. 5), f_i = k (l - L) n (eq. 1).
+/// Springs and the damping along them, in one pass as they share their direction n:
+/// E = k/2 (l - L)^2 (course notes eq. 5), f_i = k (l - L) n (eq. 1) + k_d (v_ij . n) n (eq. 2).
+/// With D = -df/dv, the derivative that eq. 18 leaves to the reader is [B -B; -B B] with
+/// B = k_d n n^T, positive semidefinite. The damping's dependence on the positions stays out of the
+/// matrix (the notes). Without damping there is no memory and no arithmetic for it.
+/// Its methods share scratch memory: not for two threads at once.
 class Springs : public Effect {
  public:
-  explicit Springs(const std::vector<Spring>& springs);
-  std::string name() const override { return "springs"; }
+  /// @param springs    at least one with stiffness or damping
+  /// @param particles  that they join, counted through the model
+  Springs(const std::vector<Spring>& springs, std::uint32_t particles);
+
+  std::vector<std::string> names() const override;
+  const SpringBatches& batches() const { return batches_; }
+
   void addEnergy(const Vectors& positions, Energy& energy) const override;
+  double dissipation(const Vectors& positions, const Vectors& velocities) const override;
   void addForces(const Vectors& positions, const Vectors& velocities,
                  Vectors& forces) const override;
+  void addForces(const Vectors& positions, const Vectors& velocities, Vectors& forces,
+                 Energy& energy, double& dissipation) const override;
   void addForceDerivative(const Vectors& x, const Vectors& v, const Vectors& dx, const Vectors& dv,
                           Vectors& df) const override;
   void addPattern(PatternBuilder& pattern) const override;
@@ -32,12 +47,20 @@ class Springs : public Effect {
                                Projection projection, StepMatrix& matrix) const override;
 
  private:
-  struct Element {
-    std::uint32_t i, j;
-    double stiffness, rest_length;
-    std::size_t slot;
-  };
-  std::vector<Element> elements_;
+  /// visit(batch, lanes) of all batches, runs first; and finish(from, to) as soon as the runs are
+  /// done with these particles. Without velocities, nothing is damped.
+  template <typename Visit, typename Finish>
+  void forEachBatch(const Vectors& positions, const Vectors* velocities, Visit visit,
+                    Finish finish) const;
+  void addTo(Vectors& forces, const SpringBatch& batch, LaneResults<3>& force) const;
+  void findFloors(const Vectors& positions, const MatrixWeights& weights, Projection projection,
+                  const StepMatrix& matrix) const;
+
+  SpringBatches batches_;
+  std::vector<std::uint32_t> slots_;  // of blocks, by lane; those of gaps get zeros
+  mutable Columns positions_, velocities_;
+  mutable Columns forces_, diagonal_;  // zero between calls
+  mutable Eigen::VectorXd taken_;      // and then the floors
 };
 
 }  // namespace mass_spring

@@ -10,8 +10,7 @@ StepMatrix::StepMatrix(std::shared_ptr<const BlockPattern> pattern)
     : pattern_(std::move(pattern)),
       diagonal_(pattern_->size()),
       upper_(pattern_->blocks()),
-      weighted_masses_(pattern_->size()),
-      indefiniteness_(pattern_->size()) {}
+      weighted_masses_(pattern_->size()) {}
 
 void StepMatrix::setMasses(double weight, const Eigen::VectorXd& masses) {
   weighted_masses_ = weight * masses;

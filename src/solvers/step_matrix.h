@@ -20,6 +20,10 @@ class StepMatrix {
   const std::vector<SymmetricBlock>& diagonal() const { return diagonal_; }
   const std::vector<SymmetricBlock>& upper() const { return upper_; }
 
+  /// For effects that add many elements at once.
+  std::vector<SymmetricBlock>& diagonal() { return diagonal_; }
+  std::vector<SymmetricBlock>& upper() { return upper_; }
+
   /// Forgets everything and puts weight * mass on the diagonal.
   void setMasses(double weight, const Eigen::VectorXd& masses);
   /// Adds the element matrix [B -B; -B B] of a pair of particles.
@@ -30,9 +34,6 @@ class StepMatrix {
   }
   /// What setMasses() put on the diagonal of a particle.
   double mass(std::uint32_t i) const { return weighted_masses_[i]; }
-  /// Per particle, scratch of the effects: how much unprojected elements could take from the
-  /// smallest eigenvalue of its diagonal block.
-  Eigen::VectorXd& indefiniteness() { return indefiniteness_; }
 
   /// y = A x
   void multiply(const Vectors& x, Vectors& y) const;
@@ -46,7 +47,6 @@ class StepMatrix {
   std::vector<SymmetricBlock> diagonal_;
   std::vector<SymmetricBlock> upper_;
   Eigen::VectorXd weighted_masses_;
-  Eigen::VectorXd indefiniteness_;
 };
 
 }  // namespace mass_spring

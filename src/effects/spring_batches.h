@@ -1,0 +1,91 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "mass_spring_sim/model.h"
+
+namespace mass_spring {
+
+/// Springs that one pass of a vectorised loop evaluates, one per lane.
+struct SpringBatch {
+  static constexpr std::uint32_t kMaxLanes = 128;  ///< arrays of these stay in the first cache
+  static constexpr std::uint32_t kLaneWidth = 8;   ///< lanes come in multiples of it
+
+  std::uint32_t lanes = 0;
+  std::uint32_t i = 0, j = 0;       ///< ends of the first lane of a run; the next ones follow
+  bool uniform = false;             ///< one value serves all lanes
+  bool damped = false;              ///< some of the springs are
+  std::size_t first_value = 0;      ///< of stiffness, damping and rest length
+  std::size_t first_lane = 0;       ///< the number of lanes in the batches before it
+  std::uint32_t needed = 0;         ///< particles that this run or one before it reads: [0, needed)
+  std::uint32_t finished = 0;       ///< particles that no later run has a spring of: [0, finished)
+  std::vector<std::uint32_t> gaps;  ///< lanes of a run that are no springs
+  /// Of gathered springs; fewer than lanes, what is left of them has stiffness and damping 0.
+  std::vector<std::uint32_t> ends_i, ends_j;
+};
+
+/// The springs that have stiffness or damping, sorted for loops over separate coordinate arrays.
+/// Most springs of ropes, cloth and lattices lie in runs: lane s joins the particles i + s and
+/// j + s, so that ends are contiguous in memory. A run may step over pairs that are no springs (at
+/// the ends of a grid's rows) and past the last particle (to a multiple of kLaneWidth); what is
+/// computed in these gaps is dropped. What no run takes, as in meshes, is gathered.
+class SpringBatches {
+ public:
+  explicit SpringBatches(const std::vector<Spring>& springs);
+
+  /// Ascending in i, so that particles come in once, for all of their springs.
+  const std::vector<SpringBatch>& runs() const { return runs_; }
+  const std::vector<SpringBatch>& gathered() const { return gathered_; }
+  std::size_t lanes() const { return lanes_; }
+  bool elastic() const { return elastic_; }  ///< some spring has stiffness
+  bool damped() const { return damped_; }
+
+  /// From first_value on by lane; a single one if the batch is uniform.
+  const double* stiffness(const SpringBatch& batch) const {
+    return stiffness_.data() + batch.first_value;
+  }
+  const double* restLength(const SpringBatch& batch) const {
+    return rest_length_.data() + batch.first_value;
+  }
+  /// Only if damped().
+  const double* damping(const SpringBatch& batch) const {
+    return damping_.data() + batch.first_value;
+  }
+
+  /// visit(i, j, lane counted through all batches, stiffness, damping, rest length) of each spring.
+  template <typename Visit>
+  void forEach(Visit visit) const {
+    for (const auto* batches : {&runs_, &gathered_}) {
+      for (const SpringBatch& batch : *batches) {
+        auto gap = batch.gaps.begin();
+        const bool run = batch.ends_i.empty();
+        const std::size_t springs = run ? batch.lanes : batch.ends_i.size();
+        for (std::uint32_t s = 0; s < springs; ++s) {
+          if (gap != batch.gaps.end() && *gap == s) {
+            ++gap;
+            continue;
+          }
+          const std::size_t value = batch.uniform ? 0 : s;
+          visit(run ? batch.i + s : batch.ends_i[s], run ? batch.j + s : batch.ends_j[s],
+                batch.first_lane + s, stiffness(batch)[value],
+                batch.damped ? damping(batch)[value] : 0.0, restLength(batch)[value]);
+        }
+      }
+    }
+  }
+
+ private:
+  void findRanges();
+  void addRun(const std::vector<Spring>& springs);
+  void gather(const std::vector<Spring>& springs);
+  void addValues(const Spring& spring);
+
+  std::vector<SpringBatch> runs_, gathered_;
+  std::vector<double> stiffness_, damping_, rest_length_;
+  std::size_t lanes_ = 0;
+  bool elastic_ = false, damped_ = false;
+};
+
+}  // namespace mass_spring
