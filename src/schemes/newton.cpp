@@ -37,14 +37,16 @@ Newton::Newton(const Model& model, const SolverOptions& options, StepSystem& sys
 
 void Newton::evaluate(const Stage& stage, const Drive& drive, const Vectors& v) {
   x_ = stage.positions + stage.weight * v;
-  sumForces(model_, drive.loads, x_, hold_damping_ ? still_ : v, forces_);
   Energy energy;
-  double dissipated = 0.0;
-  for (const auto& effect : model_.effects) {
-    effect->addEnergy(x_, energy);
-    dissipated += stage.weight * effect->dissipation(hold_damping_ ? held_positions_ : x_, v);
-    if (hold_damping_) effect->addForceDerivative(held_positions_, still_, still_, v, forces_);
+  double lost = 0.0;
+  sumForces(model_, drive.loads, x_, hold_damping_ ? still_ : v, forces_, energy, lost);
+  if (hold_damping_) {
+    for (const auto& effect : model_.effects) {
+      effect->addForceDerivative(held_positions_, still_, still_, v, forces_);
+      lost += effect->dissipation(held_positions_, v);
+    }
   }
+  const double dissipated = stage.weight * lost;
   double square = 0.0, inertia = 0.0, load = 0.0;
   for (Eigen::Index i = 0; i < v.cols(); ++i) {
     if (drive.isPinned(i)) {
