@@ -48,11 +48,11 @@ void billionNewtons(Trial& trial) {
 }
 
 void pinTeleported(Trial& trial) {
-  Particles net = sheet(trial, 5);
+  Particles net = sheet(trial, 4);
   for (double& c : *net.damping) c *= 10.0;  // some 1/20 of critical becomes half
   Scene scene = sceneOf(trial, net);
   addGravity(scene);
-  pin(scene, {0, 4});
+  pin(scene, {0, 3});
   Watched run(trial, scene);
   run.step(5);
   const Eigen::Vector3d hold = run->pins().all().at("hold").target.position;
