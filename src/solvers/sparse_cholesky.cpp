@@ -65,7 +65,7 @@ void SparseCholesky::reserve() {
   const std::uint32_t n = pattern_->size();
   l_row_.resize(l_start_[n]);
   l_.resize(l_start_[n]);
-  inverse_pivot_.resize(n);
+  pivot_.resize(n);
   l_end_.resize(n);
   work_.assign(n, Block3{});
   reach_.resize(n);
@@ -74,7 +74,7 @@ void SparseCholesky::reserve() {
 }
 
 bool SparseCholesky::factorize(const StepMatrix& matrix) {
-  if (inverse_pivot_.size() != pattern_->size()) reserve();
+  if (pivot_.size() != pattern_->size()) reserve();
   return eliminate(matrix);
 }
 
@@ -102,18 +102,18 @@ bool SparseCholesky::eliminate(const StepMatrix& matrix) {
     SymmetricBlock pivot = matrix.diagonal()[order_[k]];
     for (std::uint32_t t = top; t < n; ++t) {
       const std::uint32_t j = reach_[t];
-      const Block3 w = work_[j];
+      Block3 l = work_[j];
       work_[j] = Block3{};
+      for (int row = 0; row < 3; ++row) pivot_[j].solve(l.a + 3 * row);
       for (std::size_t e = l_start_[j]; e < l_end_[j]; ++e) {
-        work_[l_row_[e]].subtractProductTransposed(w, l_[e]);
+        work_[l_row_[e]].subtractProductTransposed(l, l_[e]);
       }
-      const Block3 l = w.times(inverse_pivot_[j]);
-      w.subtractSymmetricProduct(l, pivot);
+      l.subtractSymmetricProduct(l, pivot);
       l_row_[l_end_[j]] = k;
       l_[l_end_[j]++] = l;
     }
     l_end_[k] = l_start_[k];
-    if (!pivot.invert(inverse_pivot_[k])) {
+    if (!pivot_[k].factorize(pivot)) {
       std::fill(work_.begin(), work_.end(), Block3{});
       return false;
     }
@@ -127,17 +127,16 @@ void SparseCholesky::substitute(const Vectors& b, Vectors& x) {
   double* y = permuted_.data();
   for (std::uint32_t k = 0; k < n; ++k) permuted_.col(k) = b.col(order_[k]);
   for (std::uint32_t j = 0; j < n; ++j) {
+    pivot_[j].solve(y + 3 * j);
     for (std::size_t e = l_start_[j]; e < l_start_[j + 1]; ++e) {
       l_[e].multiplySubtract(y + 3 * j, y + 3 * l_row_[e]);
     }
   }
   for (std::uint32_t j = n; j-- > 0;) {
-    double z[3] = {0.0, 0.0, 0.0};
-    inverse_pivot_[j].multiplyAdd(y + 3 * j, z);
     for (std::size_t e = l_start_[j]; e < l_start_[j + 1]; ++e) {
-      l_[e].multiplyTransposedSubtract(y + 3 * l_row_[e], z);
+      l_[e].multiplyTransposedSubtract(y + 3 * l_row_[e], y + 3 * j);
     }
-    y[3 * j] = z[0], y[3 * j + 1] = z[1], y[3 * j + 2] = z[2];
+    pivot_[j].solveTransposed(y + 3 * j);
   }
   for (std::uint32_t k = 0; k < n; ++k) x.col(order_[k]) = permuted_.col(k);
 }

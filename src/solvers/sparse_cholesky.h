@@ -8,7 +8,7 @@
 
 namespace mass_spring {
 
-/// Direct factor P A P^T = (I + L) D (I + L)^T of 3x3 blocks in any order of elimination. Its fill
+/// Direct factor P A P^T = L L^T of 3x3 blocks in any order of elimination. Its fill
 /// stays within the band that the order makes of the matrix, so that it serves as the banded solver
 /// too: ropes factorise in O(n), as chains and trees do in order of minimum degree, without fill.
 /// A kernel of its own for bands, without indices, gained nothing: 0.42 against 0.37 ms for a
@@ -41,9 +41,9 @@ class SparseCholesky : public DirectSolver {
 
   std::vector<std::uint32_t> l_row_;
   std::vector<Block3> l_;
-  std::vector<SymmetricBlock> inverse_pivot_;
+  std::vector<PivotBlock> pivot_;
   std::vector<std::size_t> l_end_;    // filled part of each column while factorising
-  std::vector<Block3> work_;          // row of W = L D under way, by column
+  std::vector<Block3> work_;          // row of L under way, by column
   std::vector<std::uint32_t> reach_;  // columns of that row, in the order of elimination
   std::vector<std::uint32_t> path_;
   std::vector<std::uint32_t> mark_;
