@@ -1,6 +1,8 @@
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "effects/gravity.h"
@@ -8,6 +10,7 @@
 #include "mass_spring_sim/model.h"
 #include "scheme_choice.h"
 #include "solvers/block_pattern.h"
+#include "thread_pool.h"
 
 namespace mass_spring {
 namespace {
@@ -57,6 +60,15 @@ void requirePhysical(const Scene& scene, const Model& model) {
   if (!problems.empty()) throw SceneError(problems);
 }
 
+/// How many threads are worth having. Work is shared in two halves; a model that is too small to
+/// gain from that has the caller's thread only.
+std::uint32_t usefulThreads(int asked_for, const Model& model) {
+  constexpr std::uint32_t kLeastParticles = 1000;
+  const std::uint32_t most =
+      asked_for > 0 ? static_cast<std::uint32_t>(asked_for) : std::thread::hardware_concurrency();
+  return model.particleCount() < kLeastParticles ? 1 : std::clamp(most, 1u, 2u);
+}
+
 }  // namespace
 
 Model buildModel(const Scene& scene) {
@@ -81,6 +93,7 @@ Model buildModel(const Scene& scene) {
     model.pattern = std::make_shared<BlockPattern>(model.particleCount(), std::move(builder));
     for (const auto& effect : model.effects) effect->findSlots(*model.pattern);
   }
+  model.threads = std::make_unique<ThreadPool>(usefulThreads(scene.solver.threads, model));
   return model;
 }
 

@@ -3,10 +3,11 @@
 #include <algorithm>
 
 #include "effects/effect.h"
+#include "thread_pool.h"
 
 namespace mass_spring {
 
-Model::Model() = default;
+Model::Model() : threads(std::make_unique<ThreadPool>(1)) {}
 Model::~Model() = default;
 Model::Model(Model&&) noexcept = default;
 Model& Model::operator=(Model&&) noexcept = default;

@@ -41,8 +41,8 @@ std::optional<Scheme> schemeFromName(const std::string& name) {
 }
 
 const std::vector<std::string>& linearSolverNames() {
-  static const std::vector<std::string> names = {"auto", "conjugate_gradient", "cholesky",
-                                                 "banded"};
+  static const std::vector<std::string> names = {"auto", "conjugate_gradient", "cholesky", "banded",
+                                                 "multigrid"};
   return names;
 }
 

@@ -105,7 +105,8 @@ TEST(SceneReader, ReadsSolverPublishAndLimits) {
   Tree tree = sceneWith("solver",
                         "{scheme: linear_implicit_euler, substeps: 3, newton_tolerance: 1e-4,"
                         " max_newton_iterations: 7, linear_solver: cholesky,"
-                        " linear_tolerance: 1.0e-8, max_linear_iterations: 9, budget: 0.005}");
+                        " linear_tolerance: 1.0e-8, max_linear_iterations: 9, budget: 0.005,"
+                        " threads: 2}");
   put(tree, "publish", "{markers: 1, state: 0, stats: 3.5}");
   put(tree, "limits", "{max_force: 1e3}");
   put(tree, "start_paused", "yes");
@@ -119,6 +120,7 @@ TEST(SceneReader, ReadsSolverPublishAndLimits) {
   EXPECT_EQ(scene.solver.max_linear_iterations, 9);
   EXPECT_EQ(scene.solver.budget, 0.005);
   EXPECT_FALSE(scene.solver.accuracy);
+  EXPECT_EQ(scene.solver.threads, 2);
   EXPECT_EQ(scene.publish.markers, 1.0);
   EXPECT_EQ(scene.publish.state, 0.0);
   EXPECT_EQ(scene.publish.stats, 3.5);
@@ -195,7 +197,8 @@ TEST(SceneReader, RefusesEachBadValueByName) {
       {"solver", "[]", "solver: got an empty list, expected a map of solver options"},
       {"solver.scheme", "implicit_eular",
        "solver.scheme: got 'implicit_eular', expected one of explicit_euler, symplectic_euler, "
-       "rk4, linear_implicit_euler, implicit_euler, implicit_midpoint, bdf2, tr_bdf2, ros3, auto (did "
+       "rk4, linear_implicit_euler, implicit_euler, implicit_midpoint, bdf2, tr_bdf2, ros3, auto "
+       "(did "
        "you mean 'implicit_euler'?)"},
       {"solver.substeps", "0", "solver.substeps: got 0, expected an integer in [1, 100000]"},
       {"solver.substeps", "3.0",
@@ -206,8 +209,9 @@ TEST(SceneReader, RefusesEachBadValueByName) {
        "solver.newton_tolerance: got 1, expected a number in (0, 1)"},
       {"solver.max_newton_iterations", "1001",
        "solver.max_newton_iterations: got 1001, expected an integer in [1, 1000]"},
-      {"solver.linear_solver", "gauss",
-       "solver.linear_solver: got 'gauss', expected one of auto, conjugate_gradient, cholesky, banded"},
+      {"solver.linear_solver", "multgrid",
+       "solver.linear_solver: got 'multgrid', expected one of auto, conjugate_gradient, cholesky, "
+       "banded, multigrid (did you mean 'multigrid'?)"},
       {"solver.linear_tolerance", "0.0",
        "solver.linear_tolerance: got 0.0, expected a number in (0, 1)"},
       {"solver.max_linear_iterations", "-1",
@@ -218,6 +222,7 @@ TEST(SceneReader, RefusesEachBadValueByName) {
        "ros3 or auto"},
       {"solver", "{accuracy: 0.001, budget: 0.005}",
        "solver.budget: got 0.005, expected either accuracy or budget"},
+      {"solver.threads", "257", "solver.threads: got 257, expected an integer in [0, 256]"},
       // Objects.
       {"objects.2nd", "{type: particles, positions: [[0, 0, 0]], masses: 1}",
        "objects.2nd: got the name '2nd', expected a name of letters, digits and _ that begins with "
@@ -317,11 +322,10 @@ TEST(SceneReader, RefusesEachBadValueByName) {
 /// Keys of other versions and slips of the pen alike.
 TEST(SceneReader, RefusesUnknownKeysEverywhere) {
   for (const char* path :
-       {"gravity", "solver.threads", "solver.accuracy", "objects.cable.file",
-        "objects.sheet.points", "objects.block.segments", "objects.net.size",
-        "pins.left.follow_frame", "effects.wind", "effects.gravity.strength", "timeline[0].command",
-        "timeline[0].force.frame", "timeline[1].pin.forces", "timeline[3].pin.target",
-        "publish.points", "limits.max_speed"}) {
+       {"gravity", "solver.cores", "solver.accuracy", "objects.cable.file", "objects.sheet.points",
+        "objects.block.segments", "objects.net.size", "pins.left.follow_frame", "effects.wind",
+        "effects.gravity.strength", "timeline[0].command", "timeline[0].force.frame",
+        "timeline[1].pin.forces", "timeline[3].pin.target", "publish.points", "limits.max_speed"}) {
     const Lines problems = problemsOf(sceneWith(path, "1"));
     ASSERT_EQ(problems.size(), 1u) << path;
     EXPECT_EQ(problems[0].find(path + std::string(": got an unknown key, expected one of ")), 0u)

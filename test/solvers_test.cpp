@@ -57,7 +57,7 @@ TEST(StepMatrix, DecouplingLeavesTheFreeParticlesSystem) {
 // of conjugate gradients gains some six digits, where an incomplete one needs ten for as many.
 TEST(IncompleteCholesky, IsExactForAChain) {
   const RandomSystem s(chain(30), 30);
-  ConjugateGradient solver(s.pattern);
+  ConjugateGradient solver(std::make_unique<IncompleteCholesky>(s.pattern), s.pattern->size());
   solver.prepare(s.matrix);
   Vectors x = Vectors::Zero(3, 30);
   const LinearResult result = solver.solve(s.b, 1e-10, 10, x);
@@ -76,7 +76,7 @@ TEST(IncompleteCholesky, LeavesOutTheFillOfAHub) {
   for (const auto& [i, j] : star) {
     matrix.addElement(i, j, pattern->slot(i, j), SymmetricBlock::isotropic(1.0));
   }
-  ConjugateGradient solver(pattern);
+  ConjugateGradient solver(std::make_unique<IncompleteCholesky>(pattern), n);
   solver.prepare(matrix);
   Vectors x = Vectors::Zero(3, n);
   EXPECT_TRUE(solver.solve(Vectors::Ones(3, n), 1e-6, 100, x).converged);
@@ -84,7 +84,7 @@ TEST(IncompleteCholesky, LeavesOutTheFillOfAHub) {
 
 TEST(ConjugateGradient, ReachesItsToleranceAndSaysSo) {
   const RandomSystem s(randomGraph(60), 60);
-  ConjugateGradient solver(s.pattern);
+  ConjugateGradient solver(std::make_unique<IncompleteCholesky>(s.pattern), s.pattern->size());
   solver.prepare(s.matrix);
   Vectors x = Vectors::Zero(3, 60);
   const LinearResult result = solver.solve(s.b, 1e-9, 500, x);
@@ -98,7 +98,7 @@ TEST(ConjugateGradient, ReachesItsToleranceAndSaysSo) {
 
 TEST(ConjugateGradient, StartsFromWhatItIsGiven) {
   const RandomSystem s(randomGraph(60), 60);
-  ConjugateGradient solver(s.pattern);
+  ConjugateGradient solver(std::make_unique<IncompleteCholesky>(s.pattern), s.pattern->size());
   solver.prepare(s.matrix);
   Vectors x = s.solution();
   EXPECT_EQ(solver.solve(s.b, 1e-9, 500, x).iterations, 0u);
@@ -106,7 +106,7 @@ TEST(ConjugateGradient, StartsFromWhatItIsGiven) {
 
 TEST(ConjugateGradient, ReportsThatItWasStoppedEarly) {
   const RandomSystem s(randomGraph(60), 60);
-  ConjugateGradient solver(s.pattern);
+  ConjugateGradient solver(std::make_unique<IncompleteCholesky>(s.pattern), s.pattern->size());
   solver.prepare(s.matrix);
   Vectors x = Vectors::Zero(3, 60);
   const LinearResult result = solver.solve(s.b, 1e-9, 2, x);
@@ -117,7 +117,8 @@ TEST(ConjugateGradient, ReportsThatItWasStoppedEarly) {
 
 TEST(LinearSystem, ZeroRightHandSideNeedsNoWork) {
   const RandomSystem s(randomGraph(20), 20);
-  for (LinearSolver solver : {LinearSolver::kConjugateGradient, LinearSolver::kCholesky}) {
+  for (LinearSolver solver :
+       {LinearSolver::kConjugateGradient, LinearSolver::kCholesky, LinearSolver::kMultigrid}) {
     LinearSystem system(modelOf(s.pattern), with(solver));
     Vectors x = s.b;
     const LinearSystem::Result result = system.solve(s.matrix, Vectors::Zero(3, 20), 1e-6, x);

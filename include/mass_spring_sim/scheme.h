@@ -44,6 +44,7 @@ enum class LinearSolver {
   kConjugateGradient,  ///< preconditioned by a block incomplete Cholesky factor
   kCholesky,           ///< sparse factor, for any scene
   kBanded,             ///< factor of a band: for ropes and chains of any kind, slow for the rest
+  kMultigrid,          ///< conjugate gradients preconditioned by a multigrid cycle
 };
 
 /// Names as in scene files, in the order of the enumeration.
@@ -64,6 +65,7 @@ struct SolverOptions {
   std::optional<double> budget;
   double linear_tolerance = 1e-6;    ///< |b - A x| / |b|, (0, 1)
   int max_linear_iterations = 1000;  ///< [1, 1000000]
+  int threads = 0;                   ///< at the most, [0, 256]; 0 = all cores; 2 is the most used
 };
 
 }  // namespace mass_spring

@@ -23,6 +23,21 @@ std::uint32_t count(const Particles& particles) {
   return static_cast<std::uint32_t>(particles.positions.size());
 }
 
+using Resolution = std::array<std::uint32_t, 3>;
+
+Resolution resolution(const Rope& rope) { return {count(rope), 1, 1}; }
+Resolution resolution(const Cloth& cloth) {
+  return {static_cast<std::uint32_t>(cloth.resolution[0]),
+          static_cast<std::uint32_t>(cloth.resolution[1]), 1};
+}
+Resolution resolution(const Lattice& lattice) {
+  return {static_cast<std::uint32_t>(lattice.resolution[0]),
+          static_cast<std::uint32_t>(lattice.resolution[1]),
+          static_cast<std::uint32_t>(lattice.resolution[2])};
+}
+Resolution resolution(const Mesh&) { return {0, 0, 0}; }
+Resolution resolution(const Particles&) { return {0, 0, 0}; }
+
 /// Appends columns (or rows of a vector) at the end.
 template <typename Matrix>
 void append(const Matrix& tail, Matrix& matrix) {
@@ -51,7 +66,8 @@ void appendObject(const Object& object, Model& model) {
        static_cast<std::uint32_t>(model.springs.size()),
        static_cast<std::uint32_t>(parts.springs.size()),
        static_cast<std::uint32_t>(model.triangles.size()),
-       static_cast<std::uint32_t>(parts.triangles.size()), !parts.triangles.empty()});
+       static_cast<std::uint32_t>(parts.triangles.size()), !parts.triangles.empty(),
+       std::visit([](const auto& shape) { return resolution(shape); }, object.shape)});
   append(parts.masses, model.masses);
   append(parts.positions, model.start.positions);
   append(parts.velocities, model.start.velocities);

@@ -43,6 +43,7 @@ void readSolver(const Place& place, SolverOptions& solver) {
   if (budget.read(solver.budget, positive("s")) && solver.accuracy) {
     budget.refuse("either accuracy or budget");
   }
+  keys.optional("threads").read(solver.threads, 0, 256);
   keys.refuseUnknown();
 }
 

@@ -179,6 +179,7 @@ void writeSolver(Writer& yaml, const SolverOptions& solver) {
   yaml.add("max_linear_iterations", solver.max_linear_iterations);
   yaml.add("accuracy", solver.accuracy);
   yaml.add("budget", solver.budget);
+  yaml.add("threads", solver.threads);
   yaml.end();
 }
 

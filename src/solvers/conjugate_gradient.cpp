@@ -4,16 +4,17 @@
 
 namespace mass_spring {
 
-ConjugateGradient::ConjugateGradient(std::shared_ptr<const BlockPattern> pattern)
-    : preconditioner_(pattern),
-      r_(3, pattern->size()),
-      z_(3, pattern->size()),
-      p_(3, pattern->size()),
-      q_(3, pattern->size()) {}
+ConjugateGradient::ConjugateGradient(std::unique_ptr<Preconditioner> preconditioner,
+                                     std::uint32_t size)
+    : preconditioner_(std::move(preconditioner)),
+      r_(3, size),
+      z_(3, size),
+      p_(3, size),
+      q_(3, size) {}
 
 void ConjugateGradient::prepare(const StepMatrix& matrix) {
   matrix_ = &matrix;
-  factorized_ = false;
+  prepared_ = false;
 }
 
 LinearResult ConjugateGradient::solve(const Vectors& b, double tolerance,
@@ -35,13 +36,15 @@ LinearResult ConjugateGradient::solve(const Vectors& b, double tolerance,
     return result;
   }
   if (!std::isfinite(r_norm)) return result;
-  if (!factorized_) factorized_ = preconditioner_.factorize(matrix);
-  if (!factorized_) return result;
+  if (!prepared_) prepared_ = preconditioner_->prepare(matrix);
+  if (!prepared_) {
+    result.indefinite = true;
+    return result;
+  }
 
   double rho_before = 1.0;
   while (result.iterations < max_iterations) {
-    preconditioner_.apply(r_, z_);
-    const double rho = r_.cwiseProduct(z_).sum();
+    const double rho = preconditioner_->apply(r_, z_);
     // Not above zero: the matrix or its factor is not definite, or not finite.
     if (!(rho > 0.0)) break;
     if (result.iterations == 0) {

@@ -2,8 +2,7 @@
 
 #include <memory>
 
-#include "solvers/incomplete_cholesky.h"
-#include "solvers/step_matrix.h"
+#include "solvers/preconditioner.h"
 
 namespace mass_spring {
 
@@ -14,21 +13,22 @@ struct LinearResult {
   bool indefinite = false;  ///< stopped by a direction along which the matrix is not positive
 };
 
-/// Conjugate gradients preconditioned by a block incomplete Cholesky factor.
+/// Preconditioned conjugate gradients.
 class ConjugateGradient {
  public:
-  explicit ConjugateGradient(std::shared_ptr<const BlockPattern> pattern);
+  ConjugateGradient(std::unique_ptr<Preconditioner> preconditioner, std::uint32_t size);
 
-  /// Takes the matrix for the solutions to come; the first that iterates factorises it.
+  /// Takes the matrix for the solutions to come; the first that iterates prepares the
+  /// preconditioner.
   void prepare(const StepMatrix& matrix);
   /// Solves A x = b to |b - A x| <= tolerance |b|, starting from the x given.
   /// On failure x is the best iterate so far.
   LinearResult solve(const Vectors& b, double tolerance, std::uint32_t max_iterations, Vectors& x);
 
  private:
-  IncompleteCholesky preconditioner_;
+  std::unique_ptr<Preconditioner> preconditioner_;
   const StepMatrix* matrix_ = nullptr;
-  bool factorized_ = false;
+  bool prepared_ = false;  // the preconditioner, for matrix_
   Vectors r_, z_, p_, q_;
 };
 

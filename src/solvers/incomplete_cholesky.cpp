@@ -86,7 +86,7 @@ void IncompleteCholesky::findColumns() {
   }
 }
 
-bool IncompleteCholesky::factorize(const StepMatrix& matrix) {
+bool IncompleteCholesky::prepare(const StepMatrix& matrix) {
   bool done = false;
   for (double shift : {0.0, 0.01, 0.1, 1.0, 10.0, 1e3, 1e6}) {
     done = factorize(matrix, shift);
@@ -133,8 +133,13 @@ bool IncompleteCholesky::factorize(const StepMatrix& matrix, double shift) {
   return true;
 }
 
+double IncompleteCholesky::apply(const Vectors& r, Vectors& z) {
+  substitute(r, z);
+  return r.cwiseProduct(z).sum();
+}
+
 MASS_SPRING_DISPATCH
-void IncompleteCholesky::apply(const Vectors& r, Vectors& z) {
+void IncompleteCholesky::substitute(const Vectors& r, Vectors& z) {
   const std::uint32_t n = pattern_->size();
   // Residuals of any size fit into floats once they are scaled.
   const double size = r.cwiseAbs().maxCoeff();

@@ -7,7 +7,7 @@
 
 #include "mass_spring_sim/state.h"
 #include "solvers/block3.h"
-#include "solvers/step_matrix.h"
+#include "solvers/preconditioner.h"
 
 namespace mass_spring {
 
@@ -17,14 +17,12 @@ namespace mass_spring {
 /// preconditioner need not be exact, and half the bytes stream in half the time.
 /// Where a pivot loses its sign, the factorisation starts anew with a heavier diagonal; the last
 /// resort, all weight on the diagonal, is block Jacobi.
-class IncompleteCholesky {
+class IncompleteCholesky : public Preconditioner {
  public:
   explicit IncompleteCholesky(std::shared_ptr<const BlockPattern> pattern);
 
-  /// @return false if not even the diagonal blocks are positive definite
-  bool factorize(const StepMatrix& matrix);
-  /// z = (approximately) A^-1 r
-  void apply(const Vectors& r, Vectors& z);
+  bool prepare(const StepMatrix& matrix) override;
+  double apply(const Vectors& r, Vectors& z) override;
 
  private:
   /// L_ij needs L_ik and L_jk for each k < j that both rows have; found once.
@@ -42,6 +40,7 @@ class IncompleteCholesky {
   void findUpdates();
   void findColumns();
   bool factorize(const StepMatrix& matrix, double shift);
+  void substitute(const Vectors& r, Vectors& z);
 
   std::shared_ptr<const BlockPattern> pattern_;
   // Strict lower triangle by rows: entry e of row i holds the block (i, column_[e]).

@@ -1,5 +1,10 @@
 #include "solvers/linear_system.h"
 
+#include <algorithm>
+
+#include "solvers/incomplete_cholesky.h"
+#include "solvers/multigrid.h"
+
 namespace mass_spring {
 namespace {
 
@@ -10,6 +15,9 @@ namespace {
 constexpr double kDirectWorkPerBlock = 25.0;
 // Factors beyond this size (some 10 s of work) are no rescue for a simulation that has to go on.
 constexpr double kLargestRescue = 5e8;
+// Conjugate gradients that take longer than the factor would have are given up.
+constexpr double kLeastPatience = 100.0;       // iterations
+constexpr std::uint32_t kLongestSeries = 256;  // of matrices that are not even tried
 
 }  // namespace
 
@@ -28,15 +36,35 @@ LinearSystem::LinearSystem(const Model& model, const SolverOptions& options)
   if (direct_) {
     direct_solver_->reserve();
   } else {
-    conjugate_gradient_.emplace(pattern);
+    std::unique_ptr<Preconditioner> preconditioner;
+    if (options.linear_solver == LinearSolver::kConjugateGradient) {
+      preconditioner = std::make_unique<IncompleteCholesky>(pattern);
+    } else {
+      preconditioner = std::make_unique<Multigrid>(model);
+    }
+    conjugate_gradient_.emplace(std::move(preconditioner), pattern->size());
+    most_iterations_ = static_cast<std::uint32_t>(options.max_linear_iterations);
+    if (direct_solver_ && direct_solver_->blockProducts() < kLargestRescue) {
+      // An iteration costs about as much as one product with each block that there is.
+      const double blocks = pattern->size() + pattern->blocks();
+      const double patience = direct_solver_->blockProducts() / blocks;
+      most_iterations_ = std::min(most_iterations_,
+                                  static_cast<std::uint32_t>(std::max(patience, kLeastPatience)));
+    }
   }
   residual_.resize(3, pattern->size());
   correction_.resize(3, pattern->size());
 }
 
+void LinearSystem::reset() {
+  direct_for_ = 0;
+  direct_for_next_ = 1;
+}
+
 void LinearSystem::prepare(const StepMatrix& matrix) {
   matrix_ = &matrix;
   factorized_ = false;
+  if (direct_for_ > 0) --direct_for_;
   if (conjugate_gradient_) conjugate_gradient_->prepare(matrix);
 }
 
@@ -49,12 +77,11 @@ LinearSystem::Result LinearSystem::solve(const StepMatrix& matrix, const Vectors
 LinearSystem::Result LinearSystem::solve(const Vectors& b, double tolerance, Vectors& x) {
   Result result;
   // A matrix that has once needed the direct factor keeps it for its other right-hand sides.
-  if (direct_ || factorized_) {
+  if (direct_ || factorized_ || direct_for_ > 0) {
     solveDirectly(b, tolerance, x, result);
     return result;
   }
-  const LinearResult iterative = conjugate_gradient_->solve(
-      b, tolerance, static_cast<std::uint32_t>(options_.max_linear_iterations), x);
+  const LinearResult iterative = conjugate_gradient_->solve(b, tolerance, most_iterations_, x);
   result.converged = iterative.converged;
   result.iterations = iterative.iterations;
   result.residual = iterative.residual;
@@ -62,6 +89,11 @@ LinearSystem::Result LinearSystem::solve(const Vectors& b, double tolerance, Vec
   if (!result.converged && !result.indefinite && direct_solver_ &&
       direct_solver_->blockProducts() < kLargestRescue) {
     solveDirectly(b, tolerance, x, result);
+    // This matrix keeps its factor; the count includes it.
+    direct_for_ = direct_for_next_ + 1;
+    direct_for_next_ = std::min(2 * direct_for_next_, kLongestSeries);
+  } else if (result.converged && result.iterations > 0) {
+    direct_for_next_ = 1;
   }
   return result;
 }

@@ -34,6 +34,9 @@ class LinearSystem {
   /// prepare() and solve()
   Result solve(const StepMatrix& matrix, const Vectors& b, double tolerance, Vectors& x);
 
+  /// Forgets what earlier matrices taught, so that a run that starts anew repeats itself.
+  void reset();
+
   bool direct() const { return direct_; }
 
  private:
@@ -41,6 +44,10 @@ class LinearSystem {
 
   SolverOptions options_;
   bool direct_;  // by choice, for every matrix
+  // Matrices that conjugate gradients failed on come in series. After a failure the next ones go
+  // to the direct factor at once; after another one, twice as many.
+  std::uint32_t most_iterations_ = 0;
+  std::uint32_t direct_for_ = 0, direct_for_next_ = 1;  // matrices
   const StepMatrix* matrix_ = nullptr;
   bool factorized_ = false;  // matrix_, by direct_solver_
   std::unique_ptr<DirectSolver> direct_solver_;
