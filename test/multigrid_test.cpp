@@ -12,6 +12,7 @@
 #include "shapes.h"
 #include "solvers/conjugate_gradient.h"
 #include "solvers/linear_system.h"
+#include "solvers/ordering.h"
 #include "solvers/sparse_cholesky.h"
 
 namespace mass_spring {
@@ -49,7 +50,7 @@ struct System {
   }
 
   Vectors exact() const {
-    SparseCholesky cholesky(model.pattern);
+    SparseCholesky cholesky(model.pattern, minimumDegreeOrder(*model.pattern));
     EXPECT_TRUE(cholesky.factorize(matrix));
     Vectors x(3, b.cols());
     cholesky.solve(b, x);

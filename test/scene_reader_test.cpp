@@ -322,7 +322,7 @@ TEST(SceneReader, RefusesEachBadValueByName) {
 /// Keys of other versions and slips of the pen alike.
 TEST(SceneReader, RefusesUnknownKeysEverywhere) {
   for (const char* path :
-       {"gravity", "solver.cores", "solver.accuracy", "objects.cable.file", "objects.sheet.points",
+       {"gravity", "solver.cores", "objects.cable.file", "objects.sheet.points",
         "objects.block.segments", "objects.net.size", "pins.left.follow_frame", "effects.wind",
         "effects.gravity.strength", "timeline[0].command", "timeline[0].force.frame",
         "timeline[1].pin.forces", "timeline[3].pin.target", "publish.points", "limits.max_speed"}) {

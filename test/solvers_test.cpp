@@ -119,7 +119,8 @@ TEST(LinearSystem, ZeroRightHandSideNeedsNoWork) {
   const RandomSystem s(randomGraph(20), 20);
   for (LinearSolver solver :
        {LinearSolver::kConjugateGradient, LinearSolver::kCholesky, LinearSolver::kMultigrid}) {
-    LinearSystem system(modelOf(s.pattern), with(solver));
+    const Model model = modelOf(s.pattern);
+    LinearSystem system(model, with(solver));
     Vectors x = s.b;
     const LinearSystem::Result result = system.solve(s.matrix, Vectors::Zero(3, 20), 1e-6, x);
     EXPECT_TRUE(result.converged);
@@ -130,7 +131,8 @@ TEST(LinearSystem, ZeroRightHandSideNeedsNoWork) {
 
 TEST(LinearSystem, FactorisesOnceForSeveralRightHandSides) {
   const RandomSystem s(randomGraph(30), 30);
-  LinearSystem system(modelOf(s.pattern), with(LinearSolver::kCholesky));
+  const Model model = modelOf(s.pattern);
+  LinearSystem system(model, with(LinearSolver::kCholesky));
   system.prepare(s.matrix);
   std::uint32_t factorizations = 0;
   for (double scale : {0.0, 1.0, 2.0}) {
@@ -145,9 +147,8 @@ TEST(LinearSystem, FactorisesOnceForSeveralRightHandSides) {
 }
 
 TEST(LinearSystem, AutoSolvesAChainDirectly) {
-  EXPECT_TRUE(LinearSystem(modelOf(RandomSystem::makePattern(chain(10000), 10000)),
-                           with(LinearSolver::kAuto))
-                  .direct());
+  const Model model = modelOf(RandomSystem::makePattern(chain(10000), 10000));
+  EXPECT_TRUE(LinearSystem(model, with(LinearSolver::kAuto)).direct());
 }
 
 TEST(LinearSystem, AutoFallsBackToTheDirectFactor) {
@@ -175,7 +176,8 @@ TEST(LinearSystem, AutoFallsBackToTheDirectFactor) {
   }
   SolverOptions options = with(LinearSolver::kAuto);
   options.max_linear_iterations = 1;
-  LinearSystem system(modelOf(pattern), options);
+  const Model model = modelOf(pattern);
+  LinearSystem system(model, options);
   ASSERT_FALSE(system.direct());
   const Vectors b = Vectors::Random(3, n * n);
   Vectors x = Vectors::Zero(3, n * n), y(3, n * n);
@@ -187,7 +189,7 @@ TEST(LinearSystem, AutoFallsBackToTheDirectFactor) {
 
   options.linear_solver = LinearSolver::kConjugateGradient;
   x.setZero();
-  EXPECT_FALSE(LinearSystem(modelOf(pattern), options).solve(matrix, b, 1e-6, x).converged);
+  EXPECT_FALSE(LinearSystem(model, options).solve(matrix, b, 1e-6, x).converged);
 }
 
 }  // namespace
