@@ -93,7 +93,7 @@ void plainForces(benchmark::State& run) {
   countSprings(run, swing);
 }
 
-/// The elastic springs alone.
+/// The springs and their damping, without gravity.
 void springForces(benchmark::State& run) {
   const Swing swing(static_cast<int>(run.range(0)));
   const Effect& springs = *swing.effects().front();
@@ -102,6 +102,20 @@ void springForces(benchmark::State& run) {
     sum.setZero();
     springs.addForces(swing.state().positions, swing.state().velocities, sum);
     benchmark::DoNotOptimize(sum.data());
+  }
+  countSprings(run, swing);
+}
+
+/// Forces, energy and dissipation at one point, as Newton's line search needs them.
+void forcesAndEnergies(benchmark::State& run) {
+  const Swing swing(static_cast<int>(run.range(0)));
+  Vectors sum(3, swing.state().positions.cols());
+  for (auto _ : run) {
+    Energy energy;
+    double dissipation = 0.0;
+    sumForces(swing.simulation.model(), nullptr, swing.state().positions, swing.state().velocities,
+              sum, energy, dissipation);
+    benchmark::DoNotOptimize(energy.elastic + dissipation);
   }
   countSprings(run, swing);
 }
@@ -181,6 +195,7 @@ void measures(benchmark::State& run) {
 BENCHMARK(forces)->ALL_SIZES;
 BENCHMARK(springForces)->ALL_SIZES;
 BENCHMARK(plainForces)->ALL_SIZES;
+BENCHMARK(forcesAndEnergies)->ALL_SIZES;
 BENCHMARK(assembly)->ALL_SIZES;
 BENCHMARK(eigenForcesAndAssembly)->ALL_SIZES;
 BENCHMARK(product)->ALL_SIZES;
