@@ -72,8 +72,8 @@ Particles hardNet(int n) {
   return net;
 }
 
-/// A cloth whose first two rows lie in one point, and a rope whose springs run both ways.
-Scene twoObjects() {
+/// Runs of several objects and gathered springs beside one another.
+Scene severalObjects() {
   Scene scene;
   scene.objects.push_back({"sheet", {1, 0, 0, 1}, someCloth(40, 17)});
   scene.objects.push_back({"rope", {1, 0, 0, 1}, someRope(30)});
@@ -107,18 +107,18 @@ std::vector<Case> cases() {
   };
   Lattice lattice = someLattice(4, 5, 6);
   lattice.damping = 0.2;
-  Rope stiff_rope = someRope(300);
-  stiff_rope.bend_stiffness = 10.0;
+  Rope bending_rope = someRope(300);
+  bending_rope.bend_stiffness = 10.0;
   add("cloth", modelOf(someCloth(23, 19)));
   add("cloth narrower than a vector", modelOf(someCloth(3, 40)));
   add("lattice", modelOf(lattice));
   add("undamped lattice", modelOf(someLattice(3, 3, 9)));
-  add("rope", modelOf(stiff_rope));
+  add("rope", modelOf(bending_rope));
   add("one spring", modelOf(someRope(1)));
   add("mesh", modelOf(tetrahedron()));
   add("unequal chain", modelOf(unequalChain(500)));
   add("hard net", modelOf(hardNet(150)));
-  add("several objects", modelOf(twoObjects()));
+  add("several objects", modelOf(severalObjects()));
   return list;
 }
 

@@ -188,22 +188,26 @@ double Springs::dissipation(const Vectors& positions, const Vectors& velocities)
 }
 
 // With d = x_j - x_i = l n and w = v_j - v_i, f_i = k (l - L) n + k_d (w . n) n changes by
-//   df_i = S dd + k_d [(dw . n + w . dn) n + (w . n) dn],  dn = (I - n n^T) dd / l.
-// Where the ends coincide n is a constant that stands in for a direction, and dn = 0.
+//   df_i = k (along n + r across) + k_d [(dw . n + w . dn) n + (w . n) dn],
+//   dd = along n + across,  r = 1 - L/l,  dn = across / l.
+// Where the ends coincide n is a constant that stands in for a direction, dn = 0, and r is that of
+// the projected stiffness.
 void Springs::addForceDerivative(const Vectors& x, const Vectors& v, const Vectors& dx,
                                  const Vectors& dv, Vectors& df) const {
   batches_.forEach([&](std::uint32_t i, std::uint32_t j, std::size_t /*lane*/, double stiffness,
                        double damping, double rest_length) {
     const Eigen::Vector3d d = x.col(j) - x.col(i);
-    const SpringDirection direction(d);
-    const Eigen::Vector3d& n = direction.n;
+    const double length = d.norm();
+    const bool coincident = length == 0.0;
+    const double inverse = coincident ? 0.0 : 1.0 / length;
+    const Eigen::Vector3d n = coincident ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d(d * inverse);
     const Eigen::Vector3d dd = dx.col(j) - dx.col(i);
-    const bool coincident = direction.length == 0.0;
-    Eigen::Vector3d f = Eigen::Vector3d::Zero();
-    springStiffness(d, stiffness, rest_length, coincident).multiplyAdd(dd.data(), f.data());
+    const double along = n.dot(dd);
+    const Eigen::Vector3d across = dd - along * n;
+    const double r = coincident && rest_length > 0.0 ? 0.0 : 1.0 - rest_length * inverse;
+    Eigen::Vector3d f = stiffness * (along * n + r * across);
     if (damping > 0.0) {
-      Eigen::Vector3d dn = Eigen::Vector3d::Zero();
-      if (!coincident) dn = (dd - n.dot(dd) * n) / direction.length;
+      const Eigen::Vector3d dn = inverse * across;
       const Eigen::Vector3d w = v.col(j) - v.col(i);
       const Eigen::Vector3d dw = dv.col(j) - dv.col(i);
       f += damping * ((dw.dot(n) + w.dot(dn)) * n + w.dot(n) * dn);
