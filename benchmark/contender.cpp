@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 
 namespace mass_spring {
 namespace {
@@ -17,17 +18,21 @@ double processorMilliseconds() {
 
 }  // namespace
 
-State clockStep(Contender& contender, const State& start, int frame) {
+State clockStep(Contender& contender, const State& start, int frame, bool& comparable) {
   State state = start;
   if (contender.prepare) contender.prepare(state);
   const std::size_t heap = heapBytes();
   const double processor = processorMilliseconds();
   const auto begin = std::chrono::steady_clock::now();
-  const std::uint32_t iterations = contender.step(state);
+  const StepOutcome outcome = contender.step(state);
   const std::chrono::duration<double, std::milli> wall = std::chrono::steady_clock::now() - begin;
-  contender.samples.push_back({frame, wall.count(), processorMilliseconds() - processor});
-  if (contender.samples.size() == 1) contender.bytes += heapBytes() - heap;
-  contender.iterations += iterations;
+  const double used = processorMilliseconds() - processor;
+  if (contender.steps++ == 0) contender.bytes += heapBytes() - heap;
+  comparable = outcome.comparable;
+  if (comparable) {
+    contender.samples.push_back({frame, wall.count(), used});
+    contender.iterations += outcome.iterations;
+  }
   return state;
 }
 
@@ -47,6 +52,7 @@ std::size_t heapBytes() {
 }
 
 double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
   const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), values.begin() + rank, values.end());
   return values[static_cast<std::size_t>(rank)];

@@ -93,19 +93,6 @@ void plainForces(benchmark::State& run) {
   countSprings(run, swing);
 }
 
-/// The springs and their damping, without gravity.
-void springForces(benchmark::State& run) {
-  const Swing swing(static_cast<int>(run.range(0)));
-  const Effect& springs = *swing.effects().front();
-  Vectors sum(3, swing.state().positions.cols());
-  for (auto _ : run) {
-    sum.setZero();
-    springs.addForces(swing.state().positions, swing.state().velocities, sum);
-    benchmark::DoNotOptimize(sum.data());
-  }
-  countSprings(run, swing);
-}
-
 /// Forces, energy and dissipation at one point, as Newton's line search needs them.
 void forcesAndEnergies(benchmark::State& run) {
   const Swing swing(static_cast<int>(run.range(0)));
@@ -193,7 +180,6 @@ void measures(benchmark::State& run) {
 
 #define ALL_SIZES Arg(20)->Arg(50)->Arg(100)->Arg(200)->Unit(benchmark::kMicrosecond)
 BENCHMARK(forces)->ALL_SIZES;
-BENCHMARK(springForces)->ALL_SIZES;
 BENCHMARK(plainForces)->ALL_SIZES;
 BENCHMARK(forcesAndEnergies)->ALL_SIZES;
 BENCHMARK(assembly)->ALL_SIZES;
