@@ -9,10 +9,10 @@ namespace mass_spring {
 
 /// Which schemes a case is run with.
 enum class Applies {
-  kToNone,      ///< no steps are made
-  kToAll,       ///< explicit ones only unscaled, at the row's explicit_step
-  kToImplicit,  ///
-  kToDamping,   ///< implicit ones that damp what is stiff: the case has to come to rest
+  kToNone,  ///< no steps are made
+  kToAll,   ///< explicit ones only unscaled, at the row's explicit_step
+  kToImplicit,
+  kToDamping,  ///< implicit ones that damp what is stiff: the case has to come to rest
 };
 
 /// One row of the table of hard cases: an input that breaks plain code, and what has to hold.

@@ -59,8 +59,6 @@ class Watched {
   /// @param share  the engine's check, over all steps, is as fine as the default; but of what was
   ///               dissipated before, it lets a tenth come back
   void boundEnergy(double share = 2e-4);
-  /// ... plus the work [J] that was done on the scene meanwhile.
-  void addWork(double work) { energy_bound_ += work; }
 
   /// Steps, until a check fails; the report of the last step.
   StepReport step(int steps = 1);
