@@ -30,6 +30,11 @@ LinearResult ConjugateGradient::solve(const Vectors& b, double tolerance,
   matrix.multiply(x, q_);
   r_ = b - q_;
   double r_norm = r_.norm();
+  if (r_norm > b_norm) {  // a start that leads away, after a reset or a teleport: zero is better
+    x.setZero();
+    r_ = b;
+    r_norm = b_norm;
+  }
   result.residual = r_norm / b_norm;
   if (result.residual <= tolerance) {
     result.converged = true;
