@@ -211,6 +211,7 @@ StepReport Stepper::step(double h, const Pins& pins, const Vectors* loads, State
 }
 
 void Stepper::restart() {
+  if (implicit_) implicit_->system.restart();
   if (!implicit_) return;
   implicit_->stages.forget();
   implicit_->energy.restart();

@@ -27,6 +27,8 @@ class StepSystem {
   /// A x = b to |b - A x| <= tolerance |b|, from the x given where that helps.
   LinearSystem::Result solve(const Vectors& b, double tolerance, Vectors& x, SubstepReport& report);
 
+  /// Forgets what earlier matrices taught the solver.
+  void restart() { system_.restart(); }
   std::size_t nonzeros() const { return matrix_.pattern().nonzeros(); }
 
  private:

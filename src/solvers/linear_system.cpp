@@ -56,7 +56,7 @@ LinearSystem::LinearSystem(const Model& model, const SolverOptions& options)
   correction_.resize(3, pattern->size());
 }
 
-void LinearSystem::reset() {
+void LinearSystem::restart() {
   direct_for_ = 0;
   direct_for_next_ = 1;
 }

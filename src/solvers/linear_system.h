@@ -35,7 +35,7 @@ class LinearSystem {
   Result solve(const StepMatrix& matrix, const Vectors& b, double tolerance, Vectors& x);
 
   /// Forgets what earlier matrices taught, so that a run that starts anew repeats itself.
-  void reset();
+  void restart();
 
   bool direct() const { return direct_; }
 
