@@ -211,8 +211,8 @@ StepReport Stepper::step(double h, const Pins& pins, const Vectors* loads, State
 }
 
 void Stepper::restart() {
-  if (implicit_) implicit_->system.restart();
   if (!implicit_) return;
+  implicit_->system.restart();
   implicit_->stages.forget();
   implicit_->energy.restart();
 }
