@@ -160,6 +160,13 @@ MASS_SPRING_INLINE void blocks(const SpringLanes& springs, const double* floor_i
   }
 }
 
+template <int sign>
+MASS_SPRING_INLINE void add(const double* values, std::uint32_t count, double* to) {
+  const std::uint32_t lanes = count / SpringBatch::kLaneWidth * SpringBatch::kLaneWidth;
+  MASS_SPRING_INDEPENDENT
+  for (std::uint32_t s = 0; s < lanes; ++s) to[s] += sign * values[s];
+}
+
 }  // namespace
 
 MASS_SPRING_DISPATCH
@@ -251,17 +258,27 @@ double sumLanes(const double* values, std::uint32_t lanes) {
 }
 
 MASS_SPRING_DISPATCH
-void addLanes(const double* values, std::uint32_t lanes, double* to) {
-  lanes = lanes / SpringBatch::kLaneWidth * SpringBatch::kLaneWidth;
-  MASS_SPRING_INDEPENDENT
-  for (std::uint32_t s = 0; s < lanes; ++s) to[s] += values[s];
+void addLanes(const LaneResults<1>& values, std::uint32_t lanes, double* to_i, double* to_j) {
+  add<1>(values.of[0], lanes, to_i);
+  add<1>(values.of[0], lanes, to_j);
 }
 
 MASS_SPRING_DISPATCH
-void subtractLanes(const double* values, std::uint32_t lanes, double* to) {
-  lanes = lanes / SpringBatch::kLaneWidth * SpringBatch::kLaneWidth;
-  MASS_SPRING_INDEPENDENT
-  for (std::uint32_t s = 0; s < lanes; ++s) to[s] -= values[s];
+void addLanes(const LaneResults<3>& force, const SpringBatch& run, Columns& columns) {
+  for (int axis = 0; axis < 3; ++axis) {
+    double* column = columns.data() + axis * columns.rows();
+    add<1>(force.of[axis], run.lanes, column + run.i);
+    add<-1>(force.of[axis], run.lanes, column + run.j);
+  }
+}
+
+MASS_SPRING_DISPATCH
+void addLanes(const LaneResults<6>& block, const SpringBatch& run, Columns& columns) {
+  for (int entry = 0; entry < 6; ++entry) {
+    double* column = columns.data() + entry * columns.rows();
+    add<1>(block.of[entry], run.lanes, column + run.i);
+    add<1>(block.of[entry], run.lanes, column + run.j);
+  }
 }
 
 MASS_SPRING_DISPATCH

@@ -67,9 +67,12 @@ void springBlocks(const SpringLanes& springs, const double* floor_i, const doubl
 
 /// Sum of the lanes, of eight partial sums.
 double sumLanes(const double* values, std::uint32_t lanes);
-/// to[s] += values[s], to[s] -= values[s]
-void addLanes(const double* values, std::uint32_t lanes, double* to);
-void subtractLanes(const double* values, std::uint32_t lanes, double* to);
+/// to_i[s] += values[s], to_j[s] += values[s]
+void addLanes(const LaneResults<1>& values, std::uint32_t lanes, double* to_i, double* to_j);
+/// What lane s holds is added for particle i + s, and subtracted (forces) or added (blocks) for
+/// particle j + s.
+void addLanes(const LaneResults<3>& force, const SpringBatch& run, Columns& columns);
+void addLanes(const LaneResults<6>& block, const SpringBatch& run, Columns& columns);
 /// blocks[slots[s]] -= block of lane s
 void subtractBlocks(const LaneResults<6>& block, const std::uint32_t* slots, std::uint32_t lanes,
                     SymmetricBlock* blocks);

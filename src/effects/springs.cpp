@@ -109,11 +109,7 @@ void Springs::forEachBatch(const Vectors& positions, const Vectors* velocities, 
 void Springs::addTo(Vectors& forces, const SpringBatch& batch, LaneResults<3>& force) const {
   if (batch.ends_i.empty()) {
     force.clear(batch.gaps);
-    for (int axis = 0; axis < 3; ++axis) {
-      double* column = forces_.col(axis).data();
-      addLanes(force.of[axis], batch.lanes, column + batch.i);
-      subtractLanes(force.of[axis], batch.lanes, column + batch.j);
-    }
+    addLanes(force, batch, forces_);
     return;
   }
   for (std::size_t s = 0; s < batch.ends_i.size(); ++s) {
@@ -245,8 +241,7 @@ void Springs::findFloors(const Vectors& positions, const MatrixWeights& weights,
         springIndefiniteness(lanes, weights.stiffness, taken);
         if (batch.ends_i.empty()) {
           taken.clear(batch.gaps);
-          addLanes(taken.of[0], batch.lanes, taken_.data() + batch.i);
-          addLanes(taken.of[0], batch.lanes, taken_.data() + batch.j);
+          addLanes(taken, batch.lanes, taken_.data() + batch.i, taken_.data() + batch.j);
           return;
         }
         for (std::size_t s = 0; s < batch.ends_i.size(); ++s) {
@@ -281,11 +276,7 @@ std::uint32_t Springs::addDerivatives(const Vectors& positions, const MatrixWeig
                        projected);
           block.clear(batch.gaps);
           projected.clear(batch.gaps);
-          for (int entry = 0; entry < 6; ++entry) {
-            double* column = diagonal_.col(entry).data();
-            addLanes(block.of[entry], batch.lanes, column + batch.i);
-            addLanes(block.of[entry], batch.lanes, column + batch.j);
-          }
+          addLanes(block, batch, diagonal_);
           subtractBlocks(block, slots, batch.lanes, upper);
         } else {
           alignas(64) double floor_i[SpringBatch::kMaxLanes] = {};
