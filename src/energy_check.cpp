@@ -88,13 +88,14 @@ bool EnergyCheck::gained(const State& end, const Drive& drive) {
 }
 
 bool EnergyCheck::slowDown(State& end, const Drive& drive) {
-  const double excess = std::max(gain_, balance_ + gain_);
-  if (!(excess <= kinetic_)) return false;
-  const double share = kinetic_ > 0.0 ? std::sqrt(1.0 - excess / kinetic_) : 1.0;
+  gained(end, drive);
+  if (gain_ <= noise_) return true;
+  if (!(gain_ <= kinetic_)) return false;
+  const double share = std::sqrt(1.0 - gain_ / kinetic_);
   for (Eigen::Index i = 0; i < end.velocities.cols(); ++i) {
     if (!drive.isPinned(i)) end.velocities.col(i) *= share;
   }
-  gain_ -= excess;
+  gain_ = 0.0;
   return true;
 }
 

@@ -20,8 +20,8 @@ class EnergyCheck {
   /// in one step, which second-order schemes gain and lose in turn; and by less still over all
   /// steps since restart(), so that small gains do not add up.
   bool gained(const State& end, const Drive& drive);
-  /// Where a step gained energy and there is no other way: slows the free particles down until it
-  /// has not. @return false if that is not enough
+  /// Where there is no other way: slows the free particles down until the step has gained nothing
+  /// at all. @return false if that is not enough
   bool slowDown(State& end, const Drive& drive);
   /// The step that was checked last has been taken.
   void accept();

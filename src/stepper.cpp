@@ -1,7 +1,6 @@
 #include "stepper.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -89,6 +88,26 @@ Stepper::Outcome Stepper::attempt(Scheme scheme, int substeps, double h, const D
   return end(outcome, drive);
 }
 
+Stepper::Outcome Stepper::attemptSafely(int substeps, double h, const Drive& drive,
+                                        const State& state, StepReport& report) {
+  begin(h, drive, state, report);
+  report.scheme = Scheme::kImplicitEuler;
+  report.estimated_error = -1.0;
+  EnergyCheck& energy = implicit_->energy;
+  Outcome outcome = Outcome::kConverged;
+  for (int s = 0; s < substeps; ++s) {
+    energy.start(h / substeps, work_, drive);
+    const Outcome one = advance(report.scheme, static_cast<double>(s) / substeps,
+                                static_cast<double>(s + 1) / substeps, h, drive, state, report);
+    if (one == Outcome::kNotFinite) return one;
+    if (one == Outcome::kUnconverged) outcome = one;
+    // Short of its root, or where the springs' energy is not convex, even implicit Euler can gain;
+    // what it gains is then kinetic, as no sub-step ends above Phi at rest.
+    if (!energy.slowDown(work_, drive)) outcome = Outcome::kGainedEnergy;
+  }
+  return outcome;
+}
+
 Stepper::Outcome Stepper::attemptAccurately(double h, const Drive& drive, const State& state,
                                             StepReport& report) {
   // Places in the step are counted in its finest sub-steps.
@@ -163,37 +182,28 @@ StepReport Stepper::step(double h, const Pins& pins, const Vectors* loads, State
   }
 
   if (outcome != Outcome::kConverged) {
-    struct Rung {
-      Scheme scheme;
-      int refinement;
-    };
-    const std::array<Rung, 4> ladder = {{{options_.scheme, 2},
-                                         {options_.scheme, 4},
-                                         {options_.scheme, 8},
-                                         {Scheme::kImplicitEuler, 8}}};
     const char* why = outcome == Outcome::kUnconverged    ? "did not converge"
                       : outcome == Outcome::kGainedEnergy ? "gained energy"
                                                           : "was not finite";
     const std::string first = name(report.scheme);
     const int substeps = options_.substeps * (control_ ? 1 << control_->level() : 1);
-    const std::size_t rungs = implicit_ ? ladder.size() : ladder.size() - 1;
-    for (std::size_t r = 0; r < rungs && outcome != Outcome::kConverged; ++r) {
+    int refined = substeps;
+    for (int rung = 1; rung <= 3 && outcome != Outcome::kConverged; ++rung) {
       ++report.rejected;
-      report.scheme = ladder[r].scheme;
-      const int refined = substeps * ladder[r].refinement;
+      report.scheme = options_.scheme;
+      refined = substeps << rung;
       outcome = attempt(report.scheme, refined, h, drive, state, report);
-      report.message = first + " " + why + ", redone with " + name(report.scheme) + " in " +
-                       std::to_string(refined) + " sub-steps";
+    }
+    if (implicit_ && outcome != Outcome::kConverged) {
+      ++report.rejected;
+      outcome = attemptSafely(refined, h, drive, state, report);
     }
     if (control_) control_->refine();
     report.status = StepStatus::kDegraded;
+    report.message = first + " " + why + ", redone with " + name(report.scheme) + " in " +
+                     std::to_string(refined) + " sub-steps";
     if (outcome == Outcome::kUnconverged) report.message += ", still above the tolerance";
-    // Short of its root, or where the springs' energy is not convex, even implicit Euler can gain.
-    if (outcome == Outcome::kGainedEnergy ||
-        (implicit_ && outcome == Outcome::kUnconverged && implicit_->energy.gained(work_, drive))) {
-      const bool slowed = implicit_->energy.slowDown(work_, drive);
-      report.message += slowed ? ", slowed down to gain no energy" : ", gaining energy";
-    }
+    if (outcome == Outcome::kGainedEnergy) report.message += ", still gaining energy";
   }
   if (budget_) report.budget_used = budget_->spent() / budget_->seconds();
   if (outcome == Outcome::kNotFinite) {

@@ -51,6 +51,9 @@ class Stepper {
   /// One attempt at a step; what it reaches is in work_.
   Outcome attempt(Scheme scheme, int substeps, double h, const Drive& drive, const State& state,
                   StepReport& report);
+  /// The last resort: implicit Euler, each sub-step of which is slowed down if it gained energy.
+  Outcome attemptSafely(int substeps, double h, const Drive& drive, const State& state,
+                        StepReport& report);
   Outcome attemptAccurately(double h, const Drive& drive, const State& state, StepReport& report);
   Outcome attemptWithin(double h, const Drive& drive, const State& state, StepReport& report);
   void begin(double h, const Drive& drive, const State& state, StepReport& report);

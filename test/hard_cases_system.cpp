@@ -117,7 +117,7 @@ void springBothWays(Trial& trial) {
   const auto tight = [&](const Particles& particles) {
     Scene scene = sceneOf(trial, particles);
     scene.solver.newton_tolerance = 1e-12;
-    scene.solver.linear_tolerance = 1e-12;
+    scene.solver.linear_tolerance = 1e-13;
     return scene;
   };
   Watched a(trial, tight(twice)), b(trial, tight(stiff));

@@ -6,7 +6,10 @@
 namespace mass_spring {
 
 ExplicitScheme::ExplicitScheme(const Model& model, Scheme scheme)
-    : model_(model), scheme_(scheme), accelerations_(3, model.particleCount()) {
+    : model_(model),
+      scheme_(scheme),
+      accelerations_(3, model.particleCount()),
+      mobilities_(3, model.particleCount()) {
   if (scheme != Scheme::kRk4) return;
   for (Vectors* vectors : {&x_, &v_, &sum_x_, &sum_v_, &last_v_}) {
     vectors->setZero(3, model.particleCount());
@@ -15,6 +18,7 @@ ExplicitScheme::ExplicitScheme(const Model& model, Scheme scheme)
 
 SubstepReport ExplicitScheme::advance(double h, const Drive& drive, State& state) {
   SubstepReport report;
+  findMobilities(drive);
   if (scheme_ == Scheme::kRk4) {
     advanceRungeKutta(h, drive, state, report);
   } else {
@@ -23,16 +27,17 @@ SubstepReport ExplicitScheme::advance(double h, const Drive& drive, State& state
   return report;
 }
 
+void ExplicitScheme::findMobilities(const Drive& drive) {
+  for (Eigen::Index i = 0; i < mobilities_.cols(); ++i) {
+    mobilities_.col(i).setConstant(drive.isPinned(i) ? 0.0 : 1.0 / model_.masses[i]);
+  }
+}
+
 void ExplicitScheme::findAccelerations(const Drive& drive, const Vectors& positions,
                                        const Vectors& velocities) {
   sumForces(model_, drive.loads, positions, velocities, accelerations_);
-  for (Eigen::Index i = 0; i < accelerations_.cols(); ++i) {
-    if (drive.isPinned(i)) {
-      accelerations_.col(i).setZero();
-    } else {
-      accelerations_.col(i) /= model_.masses[i];
-    }
-  }
+  accelerations_.array() *= mobilities_.array();
+  clearPinned(drive, accelerations_);  // 0 times infinity
 }
 
 void ExplicitScheme::advanceEuler(double h, const Drive& drive, State& state) {

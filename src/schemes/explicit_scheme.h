@@ -16,11 +16,13 @@ class ExplicitScheme {
  private:
   void advanceEuler(double h, const Drive& drive, State& state);
   void advanceRungeKutta(double h, const Drive& drive, State& state, SubstepReport& report);
+  void findMobilities(const Drive& drive);
   void findAccelerations(const Drive& drive, const Vectors& positions, const Vectors& velocities);
 
   const Model& model_;
   Scheme scheme_;
   Vectors accelerations_;
+  Vectors mobilities_;                      // 1/kg per coordinate, 0 for pinned particles
   Vectors x_, v_, sum_x_, sum_v_, last_v_;  // only for rk4
 };
 
