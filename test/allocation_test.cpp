@@ -37,8 +37,8 @@ namespace {
 
 TEST(Allocations, NoneInAStepAfterTheFirst) {
   for (const SchemeInfo& scheme : schemes()) {
-    for (LinearSolver solver : {LinearSolver::kConjugateGradient, LinearSolver::kCholesky,
-                                LinearSolver::kMultigrid}) {
+    for (LinearSolver solver :
+         {LinearSolver::kConjugateGradient, LinearSolver::kCholesky, LinearSolver::kMultigrid}) {
       Scene scene = hangingCloth(20, scheme.scheme);
       scene.rate = 400.0;
       scene.solver.linear_solver = solver;

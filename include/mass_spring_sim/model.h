@@ -34,7 +34,8 @@ struct ModelObject {
   std::uint32_t first_spring, spring_count;
   std::uint32_t first_triangle, triangle_count;
   bool has_surface;  ///< cloth and mesh
-  /// Particles along x, y and z of a rope, cloth or lattice, numbered with x fastest; zeros for others.
+  /// Particles along x, y and z of a rope, cloth or lattice, numbered with x fastest; zeros for
+  /// others.
   std::array<std::uint32_t, 3> resolution;
 };
 
@@ -54,7 +55,7 @@ struct Model {
   std::shared_ptr<const BlockPattern> pattern;   ///< of the step matrix; only for implicit schemes
   SolverOptions solver;       ///< of the scene, with auto decided: a scheme and its sub-steps
   std::string scheme_reason;  ///< what auto chose and why; empty if it had nothing to choose
-  std::unique_ptr<ThreadPool> threads;           ///< for whoever computes with this model
+  std::unique_ptr<ThreadPool> threads;  ///< for whoever computes with this model
 
   std::uint32_t particleCount() const { return static_cast<std::uint32_t>(masses.size()); }
   /// nullptr if there is none of that name; "" finds the only object of a scene that has just one.

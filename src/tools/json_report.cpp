@@ -12,7 +12,9 @@ nlohmann::json json(const Energy& energy) {
           {"total", energy.total()}};
 }
 
-nlohmann::json orNull(double value) { return value < 0.0 ? nlohmann::json() : nlohmann::json(value); }
+nlohmann::json orNull(double value) {
+  return value < 0.0 ? nlohmann::json() : nlohmann::json(value);
+}
 
 }  // namespace
 
