@@ -23,7 +23,7 @@ SymmetricBlock springStiffness(const Eigen::Vector3d& d, double stiffness, doubl
 /// With D = -df/dv, the derivative that eq. 18 leaves to the reader is [B -B; -B B] with
 /// B = k_d n n^T, positive semidefinite. The damping's dependence on the positions stays out of the
 /// matrix (the notes). Without damping there is no memory and no arithmetic for it.
-/// Its methods share scratch memory: not for two threads at once.
+/// Its methods share scratch memory: not for two threads at once, but for addEnergy().
 class Springs : public Effect {
  public:
   /// @param springs    at least one with stiffness or damping
@@ -48,10 +48,10 @@ class Springs : public Effect {
 
  private:
   /// visit(batch, lanes) of all batches, runs first; and finish(from, to) as soon as the runs are
-  /// done with these particles. Without velocities, nothing is damped.
+  /// done with these particles. Without velocities, nothing is damped. Positions go to `columns`.
   template <typename Visit, typename Finish>
-  void forEachBatch(const Vectors& positions, const Vectors* velocities, Visit visit,
-                    Finish finish) const;
+  void forEachBatch(const Vectors& positions, const Vectors* velocities, Columns& columns,
+                    Visit visit, Finish finish) const;
   void addTo(Vectors& forces, const SpringBatch& batch, LaneResults<3>& force) const;
   void findFloors(const Vectors& positions, const MatrixWeights& weights, Projection projection,
                   const StepMatrix& matrix) const;
