@@ -36,9 +36,15 @@ class RandomScene : public testing::Test {
   std::uint32_t seed_;
 };
 
+#ifdef __SANITIZE_ADDRESS__
+constexpr std::uint32_t kScenes = 50;  // the sanitizers make everything ten times slower
+#else
+constexpr std::uint32_t kScenes = 200;
+#endif
+
 const bool registered = [] {
   const std::uint32_t first = fromEnvironment("MASS_SPRING_RANDOM_SEED", 1);
-  const std::uint32_t count = fromEnvironment("MASS_SPRING_RANDOM_SCENES", 200);
+  const std::uint32_t count = fromEnvironment("MASS_SPRING_RANDOM_SCENES", kScenes);
   for (std::uint32_t seed = first; seed < first + count; ++seed) {
     testing::RegisterTest("RandomScenes", ("seed_" + std::to_string(seed)).c_str(), nullptr,
                           nullptr, __FILE__, __LINE__,
