@@ -103,7 +103,7 @@ const std::vector<HardCase>& hardCases() {
       {24, "WrongStop_WarmStart", "stops at the wrong place",
        A::kToImplicit, kStiff, kFrame, 0, warmStart},
       {25, "SofaCapsAt20_CappedConjugateGradients", "wrong, and silent",
-       A::kToImplicit, kStiff, kSteps, 0, cappedConjugateGradients},
+       A::kToImplicit, kStiff, kFrames, 0, cappedConjugateGradients},
       {26, "Warp189_ZeroRightSide", "NaN",
        A::kToAll, kStiff, kSteps, 0.001, zeroRightSide},
       {27, "Warp642_StiffSheetInFreeFall", "explodes",

@@ -92,24 +92,24 @@ double Newton::searchLine(const Stage& stage, const Drive& drive, Vectors& v) {
 LinearSystem::Result Newton::solveForStep(const Stage& stage, const Drive& drive, double tolerance,
                                           bool& exact, SubstepReport& report) {
   right_side_ = -residual_;
+  LinearSystem::Result result;
   for (;;) {
     system_.assemble(stage.weight, x_, hold_damping_ ? held_positions_ : x_,
                      exact ? Projection::kNone : Projection::kWhereNeeded, report);
     system_.decouple(drive.pinned);
     delta_.setZero();
-    const LinearSystem::Result result = system_.solve(right_side_, tolerance, delta_, report);
-    if (!result.indefinite) return result;
-    if (!exact) break;
+    result = system_.solve(right_side_, tolerance, delta_, report);
+    if (!result.indefinite || !exact) break;
     exact = false;
   }
   // A projected matrix is definite but for rounding. A heavier one still leads downhill.
-  LinearSystem::Result result;
-  for (double share = 1e-14; share < 1e-2; share *= 100.0) {
+  for (double share = 1e-14; result.indefinite && share < 1e-2; share *= 100.0) {
     system_.shift(share);
     delta_.setZero();
     result = system_.solve(right_side_, tolerance, delta_, report);
-    if (!result.indefinite) break;
   }
+  // Where even that gave no direction, there is always that of the gradient.
+  if (!result.converged && delta_.isZero(0.0)) system_.divideByDiagonal(right_side_, delta_);
   return result;
 }
 

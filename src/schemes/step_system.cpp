@@ -34,6 +34,13 @@ void StepSystem::shift(double share) {
   system_.prepare(matrix_);
 }
 
+void StepSystem::divideByDiagonal(const Vectors& b, Vectors& x) const {
+  for (Eigen::Index i = 0; i < b.cols(); ++i) {
+    const SymmetricBlock& d = matrix_.diagonal()[static_cast<std::size_t>(i)];
+    x.col(i) = b.col(i) / (d.xx + d.yy + d.zz);
+  }
+}
+
 LinearSystem::Result StepSystem::solve(const Vectors& b, double tolerance, Vectors& x,
                                        SubstepReport& report) {
   const LinearSystem::Result result = system_.solve(b, tolerance, x);
