@@ -13,8 +13,6 @@ namespace {
 
 constexpr double kGravity = 9.81;  // m/s^2
 
-std::string schemeName(const testing::TestParamInfo<Scheme>& p) { return info(p.param).name; }
-
 class EveryChain : public testing::TestWithParam<Scheme> {};
 class ImplicitChains : public testing::TestWithParam<Scheme> {};
 INSTANTIATE_TEST_SUITE_P(Schemes, EveryChain, testing::ValuesIn(allSchemes()), schemeName);

@@ -13,8 +13,6 @@
 namespace mass_spring {
 namespace {
 
-std::string schemeName(const testing::TestParamInfo<Scheme>& p) { return info(p.param).name; }
-
 class EveryScheme : public testing::TestWithParam<Scheme> {};
 class EulersImplicitSchemes : public testing::TestWithParam<Scheme> {};
 INSTANTIATE_TEST_SUITE_P(Schemes, EveryScheme, testing::ValuesIn(allSchemes()), schemeName);

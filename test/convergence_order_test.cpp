@@ -10,8 +10,6 @@
 namespace mass_spring {
 namespace {
 
-std::string schemeName(const testing::TestParamInfo<Scheme>& p) { return info(p.param).name; }
-
 class ConvergenceOrder : public testing::TestWithParam<Scheme> {
  protected:
   int order() const { return info(GetParam()).order; }

@@ -57,6 +57,10 @@ std::vector<Scheme> implicitSchemes() {
   return implicit;
 }
 
+std::string schemeName(const testing::TestParamInfo<Scheme>& scheme) {
+  return info(scheme.param).name;
+}
+
 double Oscillator::angularFrequency() const { return std::sqrt(stiffness / mass); }
 
 double Oscillator::dampingRatio() const { return damping / (2.0 * std::sqrt(stiffness * mass)); }

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <gtest/gtest.h>
+
+#include <string>
 #include <vector>
 
 #include "mass_spring_sim/scene.h"
@@ -14,6 +17,7 @@ Scene netScene(Particles particles, Scheme scheme, double rate);
 /// All schemes that step by themselves, for parameterised tests; `auto` chooses one of them.
 std::vector<Scheme> allSchemes();
 std::vector<Scheme> implicitSchemes();
+std::string schemeName(const testing::TestParamInfo<Scheme>& scheme);
 
 /// One mass on a spring along x, its other end (particle 0, at the origin) pinned.
 struct Oscillator {

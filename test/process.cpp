@@ -38,7 +38,7 @@ constexpr bool kLimitMemory = true;
 /// Appends what a pipe has ready; false at its end.
 bool drain(int pipe, std::string& text) {
   char bytes[4096];
-  const ssize_t count = read(pipe, bytes, sizeof bytes);
+  const ssize_t count = ::read(pipe, bytes, sizeof bytes);
   if (count > 0) text.append(bytes, static_cast<std::size_t>(count));
   return count > 0;
 }
