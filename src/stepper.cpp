@@ -48,10 +48,9 @@ void Stepper::begin(double h, const Drive& drive, const State& state, StepReport
 Stepper::Outcome Stepper::advance(Scheme scheme, double from, double to, double h,
                                   const Drive& drive, const State& state, StepReport& report) {
   const double substep = (to - from) * h;
-  const bool rosenbrock = scheme == Scheme::kLinearImplicitEuler || scheme == Scheme::kRos3;
   const SubstepReport sub = explicit_ ? explicit_->advance(substep, drive, work_)
-                            : rosenbrock
-                                ? implicit_->rosenbrock.advance(scheme, substep, drive, work_)
+                            : isRosenbrock(scheme)
+                                ? implicit_->rosenbrock->advance(scheme, substep, drive, work_)
                                 : implicit_->stages.advance(scheme, substep, drive, work_);
   ++report.substeps;
   report.newton_iterations += sub.newton_iterations;

@@ -36,16 +36,20 @@ class Stepper {
 
  private:
   enum class Outcome { kConverged, kUnconverged, kGainedEnergy, kNotFinite };
+  static bool isRosenbrock(Scheme scheme) {
+    return scheme == Scheme::kLinearImplicitEuler || scheme == Scheme::kRos3;
+  }
   /// What implicit schemes need, all on one step matrix.
   struct Implicit {
     Implicit(const Model& model, const SolverOptions& options)
-        : system(model, options),
-          stages(model, options, system),
-          rosenbrock(model, options, system),
-          energy(model) {}
+        : system(model, options), stages(model, options, system), energy(model) {
+      if (isRosenbrock(options.scheme) || options.budget) {
+        rosenbrock.emplace(model, options, system);
+      }
+    }
     StepSystem system;
     StageScheme stages;
-    Rosenbrock rosenbrock;
+    std::optional<Rosenbrock> rosenbrock;
     EnergyCheck energy;
   };
   /// One attempt at a step; what it reaches is in work_.

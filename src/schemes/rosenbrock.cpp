@@ -33,8 +33,8 @@ Rosenbrock::Rosenbrock(const Model& model, const SolverOptions& options, StepSys
     : model_(model), options_(options), system_(system) {
   const auto resize = [&](auto&... vectors) { (vectors.setZero(3, model.particleCount()), ...); };
   resize(x_, v_, rate_, right_side_, u_, product_, change_, still_);
-  for (auto& vectors : p_) resize(vectors);
-  for (auto& vectors : q_) resize(vectors);
+  const int stages = options.scheme == Scheme::kRos3 ? kRos3Table.stages : 1;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(stages); ++i) resize(p_[i], q_[i]);
 }
 
 SubstepReport Rosenbrock::advance(Scheme scheme, double h, const Drive& drive, State& state) {

@@ -25,6 +25,7 @@ struct RosenbrockTable {
 /// as tables over one loop.
 class Rosenbrock {
  public:
+  /// For options.scheme and, as a budget may ask for it, for kLinearImplicitEuler.
   Rosenbrock(const Model& model, const SolverOptions& options, StepSystem& system);
 
   /// Advances positions and velocities by h [s].

@@ -33,13 +33,18 @@ constexpr double kLargestGrowth = 2.0;
 }  // namespace
 
 StageScheme::StageScheme(const Model& model, const SolverOptions& options, StepSystem& system)
-    : model_(model), newton_(model, options, system), filter_(model, system) {
+    : model_(model), newton_(model, options, system) {
   const auto resize = [&](auto&... vectors) { (vectors.setZero(3, model.particleCount()), ...); };
+  const bool two_step = options.scheme == Scheme::kBdf2;
+  const bool estimates = options.scheme == Scheme::kTrBdf2;
+  const std::size_t stages = two_step || estimates ? 3 : 1;
   resize(base_positions_, base_velocities_, v_);
-  resize(error_positions_, error_velocities_);
-  for (auto& vectors : stage_velocities_) resize(vectors);
-  for (auto& vectors : stage_accelerations_) resize(vectors);
-  resize(before_.positions, before_.velocities, kept_.positions, kept_.velocities);
+  for (std::size_t i = 0; i < stages; ++i) resize(stage_velocities_[i], stage_accelerations_[i]);
+  if (two_step) resize(before_.positions, before_.velocities, kept_.positions, kept_.velocities);
+  if (estimates) {
+    filter_.emplace(model, system);
+    resize(error_positions_, error_velocities_);
+  }
 }
 
 SubstepReport StageScheme::advance(Scheme scheme, double h, const Drive& drive, State& state) {
@@ -155,7 +160,7 @@ void StageScheme::estimateError(const StageTable& table, double h, const Drive& 
     error_velocities_ += h * table.error[i] * stage_accelerations_[i];
   }
   report.estimated_error =
-      filter_.apply(table.beta * h, drive, end, error_positions_, error_velocities_, report);
+      filter_->apply(table.beta * h, drive, end, error_positions_, error_velocities_, report);
 }
 
 }  // namespace mass_spring

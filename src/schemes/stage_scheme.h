@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "mass_spring_sim/model.h"
 #include "schemes/error_filter.h"
@@ -24,6 +25,7 @@ struct StageTable {
 /// Pinned particles take part with their prescribed motion in every stage.
 class StageScheme {
  public:
+  /// For options.scheme and, as every scheme may end there, for kImplicitEuler.
   StageScheme(const Model& model, const SolverOptions& options, StepSystem& system);
 
   /// Advances positions and velocities by h [s].
@@ -51,7 +53,7 @@ class StageScheme {
 
   const Model& model_;
   Newton newton_;
-  ErrorFilter filter_;
+  std::optional<ErrorFilter> filter_;  // for tr_bdf2
   Vectors base_positions_, base_velocities_, v_;
   std::array<Vectors, 3> stage_velocities_, stage_accelerations_;
   Vectors error_positions_, error_velocities_;

@@ -5,7 +5,7 @@
 namespace mass_spring {
 
 StepSystem::StepSystem(const Model& model, const SolverOptions& options)
-    : model_(model), matrix_(model.pattern), system_(model, options) {}
+    : model_(model), matrix_(model.pattern, model.threads.get()), system_(model, options) {}
 
 void StepSystem::assemble(double w, const Vectors& x, const Vectors& x_damping,
                           Projection projection, SubstepReport& report) {

@@ -14,20 +14,32 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> PatternBuilder::sortedPairs
   return std::move(pairs_);
 }
 
-BlockPattern::BlockPattern(std::uint32_t size, PatternBuilder builder) : row_start_(size + 1, 0) {
+namespace {
+
+BlockRows rowsOf(std::uint32_t size, PatternBuilder builder) {
   const auto pairs = std::move(builder).sortedPairs();
-  column_.reserve(pairs.size());
+  BlockRows rows;
+  rows.start.assign(size + 1, 0);
+  rows.column.reserve(pairs.size());
   for (const auto& [row, column] : pairs) {
-    ++row_start_[row + 1];
-    column_.push_back(column);
+    ++rows.start[row + 1];
+    rows.column.push_back(column);
   }
-  for (std::uint32_t i = 0; i < size; ++i) row_start_[i + 1] += row_start_[i];
+  for (std::uint32_t i = 0; i < size; ++i) rows.start[i + 1] += rows.start[i];
+  return rows;
 }
 
+}  // namespace
+
+BlockPattern::BlockPattern(std::uint32_t size, PatternBuilder builder)
+    : rows_(rowsOf(size, std::move(builder))), halves_(rows_) {}
+
 std::size_t BlockPattern::slot(std::uint32_t i, std::uint32_t j) const {
-  const auto begin = column_.begin() + static_cast<std::ptrdiff_t>(row_start_[std::min(i, j)]);
-  const auto end = column_.begin() + static_cast<std::ptrdiff_t>(row_start_[std::min(i, j) + 1]);
-  return static_cast<std::size_t>(std::lower_bound(begin, end, std::max(i, j)) - column_.begin());
+  const std::uint32_t row = std::min(i, j);
+  const auto begin = rows_.column.begin() + rows_.start[row];
+  const auto end = rows_.column.begin() + rows_.start[row + 1];
+  return static_cast<std::size_t>(std::lower_bound(begin, end, std::max(i, j)) -
+                                  rows_.column.begin());
 }
 
 }  // namespace mass_spring

@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "solvers/row_halves.h"
+
 namespace mass_spring {
 
 /// Collects the pairs of particles that some effect couples.
@@ -23,19 +25,21 @@ class BlockPattern {
  public:
   BlockPattern(std::uint32_t size, PatternBuilder builder);
 
-  std::uint32_t size() const { return static_cast<std::uint32_t>(row_start_.size() - 1); }
-  std::size_t blocks() const { return column_.size(); }
+  std::uint32_t size() const { return rows_.size(); }
+  std::size_t blocks() const { return rows_.column.size(); }
   /// Slots of row i, columns ascending and above i: [rowStart(i), rowStart(i + 1)).
-  std::size_t rowStart(std::uint32_t i) const { return row_start_[i]; }
-  std::uint32_t column(std::size_t slot) const { return column_[slot]; }
+  std::size_t rowStart(std::uint32_t i) const { return rows_.start[i]; }
+  std::uint32_t column(std::size_t slot) const { return rows_.column[slot]; }
+  const BlockRows& rows() const { return rows_; }
+  const RowHalves& halves() const { return halves_; }
   /// The slot of a pair that was coupled, in either order.
   std::size_t slot(std::uint32_t i, std::uint32_t j) const;
   /// Scalars of the whole symmetric matrix.
   std::size_t nonzeros() const { return 9 * (size() + 2 * blocks()); }
 
  private:
-  std::vector<std::size_t> row_start_;
-  std::vector<std::uint32_t> column_;
+  BlockRows rows_;
+  RowHalves halves_;
 };
 
 }  // namespace mass_spring

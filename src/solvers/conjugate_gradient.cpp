@@ -17,6 +17,15 @@ void ConjugateGradient::prepare(const StepMatrix& matrix) {
   prepared_ = false;
 }
 
+template <typename Work>
+double ConjugateGradient::sumOverHalves(const Work& work) const {
+  double sums[2] = {0.0, 0.0};
+  matrix_->inHalves([&](std::uint32_t part, Eigen::Index begin, Eigen::Index end) {
+    sums[part] = work(begin, end - begin);
+  });
+  return sums[0] + sums[1];
+}
+
 LinearResult ConjugateGradient::solve(const Vectors& b, double tolerance,
                                       std::uint32_t max_iterations, Vectors& x) {
   const StepMatrix& matrix = *matrix_;
@@ -52,23 +61,32 @@ LinearResult ConjugateGradient::solve(const Vectors& b, double tolerance,
     const double rho = preconditioner_->apply(r_, z_);
     // Not above zero: the matrix or its factor is not definite, or not finite.
     if (!(rho > 0.0)) break;
-    if (result.iterations == 0) {
-      p_ = z_;
-    } else {
-      p_ = z_ + (rho / rho_before) * p_;
-    }
+    const double beta = result.iterations == 0 ? 0.0 : rho / rho_before;
+    sumOverHalves([&](Eigen::Index first, Eigen::Index columns) {
+      if (beta == 0.0) {
+        p_.middleCols(first, columns) = z_.middleCols(first, columns);
+      } else {
+        p_.middleCols(first, columns) =
+            z_.middleCols(first, columns) + beta * p_.middleCols(first, columns);
+      }
+      return 0.0;
+    });
     rho_before = rho;
     matrix.multiply(p_, q_);
-    const double curvature = p_.cwiseProduct(q_).sum();
+    const double curvature = sumOverHalves([&](Eigen::Index first, Eigen::Index columns) {
+      return p_.middleCols(first, columns).cwiseProduct(q_.middleCols(first, columns)).sum();
+    });
     if (!(curvature > 0.0)) {
       result.indefinite = true;
       break;
     }
     const double alpha = rho / curvature;
-    x += alpha * p_;
-    r_ -= alpha * q_;
+    r_norm = std::sqrt(sumOverHalves([&](Eigen::Index first, Eigen::Index columns) {
+      x.middleCols(first, columns) += alpha * p_.middleCols(first, columns);
+      r_.middleCols(first, columns) -= alpha * q_.middleCols(first, columns);
+      return r_.middleCols(first, columns).squaredNorm();
+    }));
     ++result.iterations;
-    r_norm = r_.norm();
     result.residual = r_norm / b_norm;
     if (result.residual <= tolerance) {
       result.converged = true;

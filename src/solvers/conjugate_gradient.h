@@ -26,6 +26,10 @@ class ConjugateGradient {
   LinearResult solve(const Vectors& b, double tolerance, std::uint32_t max_iterations, Vectors& x);
 
  private:
+  /// The sum of what work(first column, columns) returns for the halves of the matrix's rows.
+  template <typename Work>
+  double sumOverHalves(const Work& work) const;
+
   std::unique_ptr<Preconditioner> preconditioner_;
   const StepMatrix* matrix_ = nullptr;
   bool prepared_ = false;  // the preconditioner, for matrix_

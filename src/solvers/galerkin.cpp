@@ -72,6 +72,7 @@ GalerkinProduct::GalerkinProduct(const BlockRows& fine, const Interpolation& int
     if (!row.empty()) start_.push_back(static_cast<std::uint32_t>(terms_.size()));
     coarse_rows_.start.push_back(static_cast<std::uint32_t>(coarse_rows_.column.size()));
   }
+  terms_.shrink_to_fit();
 }
 
 MASS_SPRING_DISPATCH

@@ -44,7 +44,8 @@ LinearSystem::LinearSystem(const Model& model, const SolverOptions& options)
     }
     conjugate_gradient_.emplace(std::move(preconditioner), pattern->size());
     most_iterations_ = static_cast<std::uint32_t>(options.max_linear_iterations);
-    if (direct_solver_ && direct_solver_->blockProducts() < kLargestRescue) {
+    if (direct_solver_ && direct_solver_->blockProducts() > kLargestRescue) direct_solver_.reset();
+    if (direct_solver_) {
       // An iteration costs about as much as one product with each block that there is.
       const double blocks = pattern->size() + pattern->blocks();
       const double patience = direct_solver_->blockProducts() / blocks;
@@ -52,8 +53,10 @@ LinearSystem::LinearSystem(const Model& model, const SolverOptions& options)
                                   static_cast<std::uint32_t>(std::max(patience, kLeastPatience)));
     }
   }
-  residual_.resize(3, pattern->size());
-  correction_.resize(3, pattern->size());
+  if (direct_solver_) {
+    residual_.resize(3, pattern->size());
+    correction_.resize(3, pattern->size());
+  }
 }
 
 void LinearSystem::restart() {
@@ -86,8 +89,7 @@ LinearSystem::Result LinearSystem::solve(const Vectors& b, double tolerance, Vec
   result.iterations = iterative.iterations;
   result.residual = iterative.residual;
   result.indefinite = iterative.indefinite;
-  if (!result.converged && !result.indefinite && direct_solver_ &&
-      direct_solver_->blockProducts() < kLargestRescue) {
+  if (!result.converged && !result.indefinite && direct_solver_) {
     solveDirectly(b, tolerance, x, result);
     // This matrix keeps its factor; the count includes it.
     direct_for_ = direct_for_next_ + 1;

@@ -13,15 +13,6 @@ constexpr std::size_t kBlock = LevelMatrix::kBlock;
 // Particles of the coarsest level, which a full matrix solves.
 constexpr std::uint32_t kCoarsest = 36;
 
-BlockRows rowsOf(const BlockPattern& pattern) {
-  BlockRows rows;
-  for (std::uint32_t i = 0; i < pattern.size(); ++i) {
-    rows.start.push_back(static_cast<std::uint32_t>(pattern.rowStart(i + 1)));
-  }
-  for (std::size_t s = 0; s < pattern.blocks(); ++s) rows.column.push_back(pattern.column(s));
-  return rows;
-}
-
 /// to_i = sum of the weighted from, for i in [begin, end)
 MASS_SPRING_DISPATCH
 void gather(const Interpolation& weights, const float* from, std::uint32_t begin, std::uint32_t end,
@@ -67,7 +58,7 @@ Multigrid::Level::Level(BlockRows rows)
 Multigrid::Multigrid(const Model& model)
     : threads_(*model.threads), row_sums_(model.pattern->size()) {
   RestShape shape(model);
-  levels_.emplace_back(rowsOf(*model.pattern));
+  levels_.emplace_back(model.pattern->rows());
   while (levels_.back().matrix.size() > kCoarsest) {
     Level& fine = levels_.back();
     Interpolation interpolation = shape.coarsen();
@@ -93,15 +84,25 @@ bool Multigrid::takeMatrix(const StepMatrix& matrix) {
   }
   // Floats end at 1e38.
   const double scale = 1.0 / largest;
-  std::copy(matrix.diagonal().begin(), matrix.diagonal().end(), row_sums_.begin());
-  for (std::uint32_t i = 0; i < finest.size(); ++i) {
-    store(matrix.diagonal()[i], scale, finest.diagonal(i));
-    for (std::uint32_t s = finest.rows.start[i]; s < finest.rows.start[i + 1]; ++s) {
+  const auto take = [&](std::uint32_t row, std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t s = begin; s < end; ++s) {
       const SymmetricBlock& block = matrix.upper()[s];
       store(block, scale, finest.upper(s));
-      row_sums_[i] += block;
+      row_sums_[row] += block;
       row_sums_[finest.rows.column[s]] += block;
     }
+  };
+  const RowHalves& halves = levels_.front().sweep.halves();
+  threads_.run(halves.parts(), [&](std::uint32_t part) {
+    const std::uint32_t begin = halves.begin(part), end = halves.end(part);
+    for (std::uint32_t i = begin; i < end; ++i) row_sums_[i] = matrix.diagonal()[i];
+    for (std::uint32_t i = begin; i < end; ++i) {
+      store(matrix.diagonal()[i], scale, finest.diagonal(i));
+      take(i, finest.rows.start[i], halves.rowEnd(i));
+    }
+  });
+  for (std::uint32_t i = halves.firstCoupled(); i < halves.lastCoupled(); ++i) {
+    take(i, halves.rowEnd(i), finest.rows.start[i + 1]);
   }
   for (std::uint32_t i = 0; i < finest.size(); ++i) {
     store(row_sums_[i], scale, &finest.row_sums[kBlock * i]);
@@ -113,11 +114,11 @@ bool Multigrid::prepare(const StepMatrix& matrix) {
   if (!takeMatrix(matrix)) return false;
   for (std::size_t l = 0; l < levels_.size(); ++l) {
     Level& level = levels_[l];
-    level.sweep.prepare(level.matrix);
+    const std::uint32_t parts = level.sweep.halves().parts();
+    threads_.run(parts, [&](std::uint32_t part) { level.sweep.prepare(level.matrix, part); });
     if (!level.product) break;
     LevelMatrix& coarse = levels_[l + 1].matrix;
     const auto blocks = static_cast<std::uint32_t>(coarse.rows.column.size());
-    const std::uint32_t parts = level.sweep.parts();
     threads_.run(parts, [&](std::uint32_t part) {
       level.product->multiply(level.matrix, blocks / parts * part,
                               part + 1 == parts ? blocks : blocks / parts, coarse);
@@ -128,14 +129,15 @@ bool Multigrid::prepare(const StepMatrix& matrix) {
   return true;
 }
 
-double Multigrid::cycle(std::size_t l) {
+void Multigrid::cycle(std::size_t l) {
   Level& level = levels_[l];
   const bool last = l + 1 == levels_.size();
   if (last && coarsest_) {
     coarsest_->solve(level.b.data(), level.z.data());
-    return 0.0;
+    return;
   }
-  const std::uint32_t parts = level.sweep.parts();
+  const RowHalves& halves = level.sweep.halves();
+  const std::uint32_t parts = halves.parts();
   float* const b = level.b.data();
   float* const z = level.z.data();
   float* const r = level.r.data();
@@ -155,33 +157,46 @@ double Multigrid::cycle(std::size_t l) {
     level.r = level.b;
   } else {
     threads_.run(parts, [&](std::uint32_t part) {
-      correct(level.interpolation, levels_[l + 1].z.data(), level.sweep.begin(part),
-              level.sweep.end(part), b, z, r);
+      correct(level.interpolation, levels_[l + 1].z.data(), halves.begin(part), halves.end(part), b,
+              z, r);
     });
   }
   level.sweep.couple(level.matrix, z, r);
-  double products[2] = {0.0, 0.0};
-  threads_.run(parts, [&](std::uint32_t part) {
-    products[part] = level.sweep.sweepUp(level.matrix, part, b, r, z);
-  });
-  return products[0] + products[1];
+  threads_.run(parts, [&](std::uint32_t part) { level.sweep.sweepUp(level.matrix, part, r, z); });
 }
 
 double Multigrid::apply(const Vectors& r, Vectors& z) {
   Level& finest = levels_.front();
+  const RowHalves& halves = finest.sweep.halves();
+  const auto inHalves = [&](const auto& work) {
+    threads_.run(halves.parts(),
+                 [&](std::uint32_t part) { work(part, halves.begin(part), halves.end(part)); });
+  };
   // Residuals of any size fit into floats once they are scaled.
-  const double size = r.cwiseAbs().maxCoeff();
+  double sizes[2] = {0.0, 0.0};
+  inHalves([&](std::uint32_t part, Eigen::Index begin, Eigen::Index end) {
+    sizes[part] = r.middleCols(begin, end - begin).cwiseAbs().maxCoeff();
+  });
+  const double size = std::max(sizes[0], sizes[1]);
   const double scale = size > 0.0 ? 1.0 / size : 1.0;
-  for (Eigen::Index i = 0; i < r.cols(); ++i) {
-    for (int k = 0; k < 3; ++k) {
-      finest.b[4 * i + k] = static_cast<float>(scale * r(k, i));
+  inHalves([&](std::uint32_t, Eigen::Index begin, Eigen::Index end) {
+    for (Eigen::Index i = begin; i < end; ++i) {
+      for (int k = 0; k < 3; ++k) finest.b[4 * i + k] = static_cast<float>(scale * r(k, i));
     }
-  }
+  });
   cycle(0);
-  for (Eigen::Index i = 0; i < r.cols(); ++i) {
-    for (int k = 0; k < 3; ++k) z(k, i) = finest.z[4 * i + k];
-  }
-  return r.cwiseProduct(z).sum();
+  double products[2] = {0.0, 0.0};
+  inHalves([&](std::uint32_t part, Eigen::Index begin, Eigen::Index end) {
+    double product = 0.0;
+    for (Eigen::Index i = begin; i < end; ++i) {
+      for (int k = 0; k < 3; ++k) {
+        z(k, i) = finest.z[4 * i + k];
+        product += r(k, i) * z(k, i);
+      }
+    }
+    products[part] = product;
+  });
+  return products[0] + products[1];
 }
 
 }  // namespace mass_spring

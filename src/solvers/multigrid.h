@@ -37,8 +37,8 @@ class Multigrid : public Preconditioner {
     std::optional<GalerkinProduct> product;
   };
   bool takeMatrix(const StepMatrix& matrix);
-  /// z = (approximately) A^-1 b on a level. @return b . z
-  double cycle(std::size_t level);
+  /// z = (approximately) A^-1 b on a level.
+  void cycle(std::size_t level);
 
   ThreadPool& threads_;
   std::vector<SymmetricBlock> row_sums_;

@@ -7,6 +7,7 @@
 #include "mass_spring_sim/state.h"
 #include "solvers/block_pattern.h"
 #include "solvers/symmetric_block.h"
+#include "thread_pool.h"
 
 namespace mass_spring {
 
@@ -14,7 +15,8 @@ namespace mass_spring {
 /// blocks on a fixed pattern.
 class StepMatrix {
  public:
-  explicit StepMatrix(std::shared_ptr<const BlockPattern> pattern);
+  /// @param threads  to share the work of solving; nullptr = the caller's alone
+  explicit StepMatrix(std::shared_ptr<const BlockPattern> pattern, ThreadPool* threads = nullptr);
 
   const BlockPattern& pattern() const { return *pattern_; }
   const std::vector<SymmetricBlock>& diagonal() const { return diagonal_; }
@@ -35,6 +37,19 @@ class StepMatrix {
   /// What setMasses() put on the diagonal of a particle.
   double mass(std::uint32_t i) const { return weighted_masses_[i]; }
 
+  /// work(part, begin, end) for the halves of the rows, at the same time if there are threads.
+  template <typename Work>
+  void inHalves(const Work& work) const {
+    const RowHalves& halves = pattern_->halves();
+    const auto on_part = [&](std::uint32_t part) {
+      work(part, halves.begin(part), halves.end(part));
+    };
+    if (threads_ != nullptr) {
+      threads_->run(halves.parts(), on_part);
+    } else {
+      for (std::uint32_t part = 0; part < halves.parts(); ++part) on_part(part);
+    }
+  }
   /// y = A x
   void multiply(const Vectors& x, Vectors& y) const;
   /// Adds a share of the largest diagonal entry to the whole diagonal.
@@ -43,7 +58,11 @@ class StepMatrix {
   void decouple(const std::vector<char>& pinned);
 
  private:
+  void multiplyRows(std::uint32_t begin, std::uint32_t end, const double* x, double* y) const;
+  void addCoupling(const double* x, double* y) const;
+
   std::shared_ptr<const BlockPattern> pattern_;
+  ThreadPool* threads_;
   std::vector<SymmetricBlock> diagonal_;
   std::vector<SymmetricBlock> upper_;
   Eigen::VectorXd weighted_masses_;
