@@ -7,7 +7,7 @@ namespace mass_spring {
 const std::vector<SchemeInfo>& schemes() {
   static const std::vector<SchemeInfo> table = {
       {Scheme::kExplicitEuler, "explicit_euler", 1, false, false},
-      {Scheme::kSymplecticEuler, "symplectic_euler", 1, false, false},
+      {Scheme::kSymplecticEuler, "symplectic_euler", 1, false, true},
       {Scheme::kRk4, "rk4", 4, false, true},
       {Scheme::kLinearImplicitEuler, "linear_implicit_euler", 1, true, false},
       {Scheme::kImplicitEuler, "implicit_euler", 1, true, false},

@@ -4,17 +4,21 @@
 #include <cmath>
 #include <limits>
 #include <sstream>
+#include <vector>
 
 namespace mass_spring {
 namespace {
 
-// Nanoseconds per spring, measured (benchmark/README.md): one evaluation of the forces with the
-// update of the particles, and one step of tr_bdf2 with all its Newton iterations.
-constexpr double kEvaluation = 4.0;
-constexpr double kImplicitStep = 1500.0;
-// The error of tr_bdf2 in one step of 1/60 s [m], on swinging cloth, from which the number of its
-// sub-steps for an accuracy is guessed.
-constexpr double kTypicalError = 0.01;
+// Nanoseconds, measured (benchmark/README.md): one evaluation of the forces with the update of the
+// particles, and one step of tr_bdf2 with all its Newton iterations.
+struct Cost {
+  double alone, per_spring;
+};
+constexpr Cost kEvaluation = {300.0, 8.0}, kImplicitStep = {3000.0, 1300.0};
+// The error of a scheme after a second in steps of 1/60 s [m], from which the sub-steps for an
+// accuracy are guessed: the geometric mean over the scenes of benchmark/error_control.cpp. Explicit
+// schemes, whose steps are short for the sake of stability, see what implicit ones step over.
+constexpr double kExplicitError = 0.01, kImplicitError = 0.1;
 
 constexpr int kPowerIterations = 30;
 constexpr double kLargestSubsteps = 100000;
@@ -58,6 +62,10 @@ double stableSymplecticStep(const SpectrumBounds& bounds) {
   return positiveRoot(bounds.frequency * bounds.frequency / 4.0, bounds.damping / 2.0);
 }
 
+double stableVerletStep(const SpectrumBounds& bounds) {
+  return positiveRoot(bounds.frequency * bounds.frequency / 4.0, bounds.damping);
+}
+
 double stableRk4Step(const SpectrumBounds& bounds) {
   return positiveRoot(bounds.frequency * bounds.frequency / (2.8 * 2.8), bounds.damping / 2.7);
 }
@@ -66,30 +74,55 @@ SchemeChoice chooseScheme(const Scene& scene, const Model& model) {
   SchemeChoice choice{scene.solver, ""};
   if (scene.solver.scheme != Scheme::kAuto) return choice;
   const SpectrumBounds bounds = boundSpectrum(model);
-  const bool estimate = scene.solver.accuracy.has_value();
-  const Scheme explicit_scheme = estimate ? Scheme::kRk4 : Scheme::kSymplecticEuler;
-  const double stable = estimate ? stableRk4Step(bounds) : stableSymplecticStep(bounds);
   const double h = 1.0 / scene.rate;
-  const double substeps = std::max<double>(scene.solver.substeps, std::ceil(h / stable));
-  const double explicit_cost = substeps * (estimate ? 4.0 : 1.0) * kEvaluation;
-  const double implicit_substeps =
-      estimate ? std::max(1.0, 60.0 * h * std::sqrt(kTypicalError / *scene.solver.accuracy))
-               : scene.solver.substeps;
-  const double implicit_cost = implicit_substeps * kImplicitStep;
+  const auto springs = static_cast<double>(model.springs.size());
 
-  const bool is_explicit = explicit_cost <= implicit_cost && substeps <= kLargestSubsteps;
-  if (is_explicit) {
-    choice.options.scheme = explicit_scheme;
-    choice.options.substeps = static_cast<int>(substeps);
+  struct Candidate {
+    Scheme scheme;
+    double stable;  // s
+    Cost cost;      // of a sub-step
+    double substeps = 0.0, total = 0.0;
+  };
+  const Cost four = {4.0 * kEvaluation.alone, 4.0 * kEvaluation.per_spring};
+  std::vector<Candidate> candidates = {
+      {Scheme::kTrBdf2, std::numeric_limits<double>::infinity(), kImplicitStep}};
+  if (scene.solver.accuracy) {
+    candidates.push_back({Scheme::kSymplecticEuler, stableVerletStep(bounds), kEvaluation});
+    candidates.push_back({Scheme::kRk4, stableRk4Step(bounds), four});
   } else {
-    choice.options.scheme = Scheme::kTrBdf2;
+    candidates.push_back({Scheme::kSymplecticEuler, stableSymplecticStep(bounds), kEvaluation});
+  }
+  for (Candidate& c : candidates) {
+    c.substeps = std::max<double>(scene.solver.substeps, std::ceil(h / c.stable));
+    double taken = c.substeps;
+    if (scene.solver.accuracy) {
+      const double order = c.scheme == Scheme::kRk4 ? 4.0 : 2.0;
+      const double error = c.scheme == Scheme::kTrBdf2 ? kImplicitError : kExplicitError;
+      taken = std::max(taken, 60.0 * h * std::pow(error / *scene.solver.accuracy, 1.0 / order));
+    }
+    c.total = taken * (c.cost.alone + c.cost.per_spring * springs);
+  }
+  const Candidate& implicit = candidates[0];
+  Candidate best = implicit;
+  for (const Candidate& c : candidates) {
+    if (c.total <= best.total && c.substeps <= kLargestSubsteps) best = c;
+  }
+  choice.options.scheme = best.scheme;
+  // Verlet's own number follows the springs from step to step.
+  if (!scene.solver.accuracy || best.scheme == Scheme::kRk4) {
+    choice.options.substeps = static_cast<int>(best.substeps);
   }
   std::ostringstream reason;
   reason.precision(3);
-  reason << "auto chose " << info(choice.options.scheme).name << ": " << info(explicit_scheme).name
-         << " is stable up to " << stable << " s (frequencies up to " << bounds.frequency
-         << " rad/s) and would cost " << explicit_cost << " ns per spring and step in " << substeps
-         << " sub-steps, tr_bdf2 about " << implicit_cost << " ns";
+  reason << "auto chose " << name(best.scheme) << " (frequencies up to " << bounds.frequency
+         << " rad/s):";
+  for (const Candidate& c : candidates) {
+    reason << (c.scheme == implicit.scheme ? " " : ", ") << name(c.scheme) << " would cost about "
+           << 1e-3 * c.total << " us per step";
+    if (std::isfinite(c.stable)) {
+      reason << ", stable up to " << c.stable << " s, in " << c.substeps << " sub-steps";
+    }
+  }
   choice.reason = reason.str();
   return choice;
 }

@@ -19,6 +19,8 @@ SpectrumBounds boundSpectrum(const Model& model);
 
 /// The largest stable step [s] of symplectic Euler: w^2 h^2 + 2 d h <= 4; infinity without springs.
 double stableSymplecticStep(const SpectrumBounds& bounds);
+/// Of Stoermer-Verlet with velocities continued for the damping: w^2 h^2 + 4 d h <= 4.
+double stableVerletStep(const SpectrumBounds& bounds);
 /// Of rk4: within an ellipse inside its region of stability, (h w / 2.8)^2 + h d / 2.7 <= 1.
 double stableRk4Step(const SpectrumBounds& bounds);
 
@@ -27,7 +29,7 @@ struct SchemeChoice {
   std::string reason;     ///< for the user; empty if there was nothing to choose
 };
 /// Decides `auto`: an explicit scheme in so many sub-steps that it is stable, or an implicit one,
-/// whichever costs less on this model.
+/// whichever costs less on this model, with the sub-steps that an accuracy is likely to need.
 /// @param model  with its springs
 SchemeChoice chooseScheme(const Scene& scene, const Model& model);
 

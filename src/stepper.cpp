@@ -13,6 +13,11 @@ namespace {
 // More than a budget could use, and few enough that a wrong clock does no harm.
 constexpr int kMostSubsteps = 100000;
 
+// Of Verlet's largest stable step where the springs are at the start of a step: they move on.
+constexpr double kStableShare = 0.75;
+// Such scenes are for implicit schemes; 2^kFinest times as many still can be counted.
+constexpr double kMostStable = 100000;
+
 }  // namespace
 
 Stepper::Stepper(const Model& model, const SolverOptions& options)
@@ -26,6 +31,7 @@ Stepper::Stepper(const Model& model, const SolverOptions& options)
     // The embedded formulas are of order 2 (rk4: 3), and so is the estimate per unit of time.
     control_.emplace(*options.accuracy, options.scheme == Scheme::kRk4 ? 3 : 2);
     before_substep_ = model.start;
+    if (options.scheme == Scheme::kSymplecticEuler) spectrum_.emplace(model);
   }
   if (options.budget) budget_.emplace(*options.budget);
   pin_ends_ = pin_velocities_ = model_.start.positions;
@@ -53,6 +59,11 @@ Stepper::Outcome Stepper::advance(Scheme scheme, double from, double to, double 
                                 ? implicit_->rosenbrock->advance(scheme, substep, drive, work_)
                                 : implicit_->stages.advance(scheme, substep, drive, work_);
   ++report.substeps;
+  return conclude(sub, to, drive, state, report);
+}
+
+Stepper::Outcome Stepper::conclude(const SubstepReport& sub, double to, const Drive& drive,
+                                   const State& state, StepReport& report) {
   report.newton_iterations += sub.newton_iterations;
   report.linear_iterations += sub.linear_iterations;
   report.factorizations += sub.factorizations;
@@ -135,6 +146,24 @@ Stepper::Outcome Stepper::attemptAccurately(double h, const Drive& drive, const 
   return end(Outcome::kConverged, drive);
 }
 
+Stepper::Outcome Stepper::attemptVerlet(double h, const Drive& drive, const State& state,
+                                        StepReport& report) {
+  const double stable =
+      kStableShare * stableVerletStep(spectrum_->at(state.positions, drive.pinned));
+  const double least = std::clamp(std::ceil(h / stable), 1.0 * options_.substeps, kMostStable);
+  for (;;) {
+    begin(h, drive, state, report);
+    const int substeps = static_cast<int>(least) << control_->level();
+    const SubstepReport sub = explicit_->advanceVerlet(substeps, h, drive, work_);
+    report.substeps += static_cast<std::uint32_t>(substeps);
+    const Outcome outcome = conclude(sub, 1.0, drive, state, report);
+    report.estimated_error = sub.estimated_error;
+    if (control_->accepts(sub.estimated_error, h)) return outcome;
+    if (control_->level() == ErrorControl::kFinest) return Outcome::kNotFinite;
+    ++report.rejected;
+  }
+}
+
 Stepper::Outcome Stepper::attemptWithin(double h, const Drive& drive, const State& state,
                                         StepReport& report) {
   const bool cheap = implicit_ && !budget_->affordable();
@@ -170,10 +199,11 @@ StepReport Stepper::step(double h, const Pins& pins, const Vectors* loads, State
   pin_velocities_ = (pin_ends_ - state.positions) / h;
 
   report.scheme = options_.scheme;
-  Outcome outcome = control_ ? attemptAccurately(h, drive, state, report)
-                    : budget_
-                        ? attemptWithin(h, drive, state, report)
-                        : attempt(options_.scheme, options_.substeps, h, drive, state, report);
+  Outcome outcome =
+      budget_     ? attemptWithin(h, drive, state, report)
+      : !control_ ? attempt(options_.scheme, options_.substeps, h, drive, state, report)
+      : options_.scheme == Scheme::kSymplecticEuler ? attemptVerlet(h, drive, state, report)
+                                                    : attemptAccurately(h, drive, state, report);
   if (control_ && outcome == Outcome::kConverged && control_->level() == ErrorControl::kFinest) {
     report.status = StepStatus::kDegraded;
     report.message = "the accuracy asked for needs more sub-steps than " +

@@ -6,6 +6,7 @@
 #include "energy_check.h"
 #include "error_control.h"
 #include "loads.h"
+#include "local_spectrum.h"
 #include "mass_spring_sim/model.h"
 #include "mass_spring_sim/pins.h"
 #include "mass_spring_sim/step_report.h"
@@ -59,11 +60,16 @@ class Stepper {
   Outcome attemptSafely(int substeps, double h, const Drive& drive, const State& state,
                         StepReport& report);
   Outcome attemptAccurately(double h, const Drive& drive, const State& state, StepReport& report);
+  /// With symplectic Euler, whose sub-steps are chosen for a whole step at a time.
+  Outcome attemptVerlet(double h, const Drive& drive, const State& state, StepReport& report);
   Outcome attemptWithin(double h, const Drive& drive, const State& state, StepReport& report);
   void begin(double h, const Drive& drive, const State& state, StepReport& report);
   /// One sub-step from `from` to `to`, both as parts of the step of h [s].
   Outcome advance(Scheme scheme, double from, double to, double h, const Drive& drive,
                   const State& state, StepReport& report);
+  /// Counts what a sub-step did and puts the pinned particles where they are at `to`.
+  Outcome conclude(const SubstepReport& sub, double to, const Drive& drive, const State& state,
+                   StepReport& report);
   Outcome end(Outcome outcome, const Drive& drive);
   std::string whereNotFinite() const;
 
@@ -72,6 +78,7 @@ class Stepper {
   std::optional<ExplicitScheme> explicit_;
   std::optional<Implicit> implicit_;
   std::optional<ErrorControl> control_;
+  std::optional<LocalSpectrum> spectrum_;  // symplectic Euler with an accuracy
   std::optional<StepBudget> budget_;
   State work_;
   State before_substep_;               // only with an accuracy
