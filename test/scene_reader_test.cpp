@@ -218,7 +218,8 @@ TEST(SceneReader, RefusesEachBadValueByName) {
        "solver.max_linear_iterations: got -1, expected an integer in [1, 1000000]"},
       {"solver.accuracy", "0", "solver.accuracy: got 0, expected a number > 0 (m)"},
       {"solver", "{scheme: bdf2, accuracy: 0.001}",
-       "solver.accuracy: got 0.001, expected a scheme with an estimate of its error: rk4, tr_bdf2, "
+       "solver.accuracy: got 0.001, expected a scheme with an estimate of its error: "
+       "symplectic_euler, rk4, tr_bdf2, "
        "ros3 or auto"},
       {"solver", "{accuracy: 0.001, budget: 0.005}",
        "solver.budget: got 0.005, expected either accuracy or budget"},

@@ -23,8 +23,11 @@ void readSolver(const Place& place, SolverOptions& solver) {
   static const NumberRule kTolerance{"", 0.0, 1.0, true};
   MapReader keys(place, "a map of solver options");
   std::size_t index = 0;
-  if (keys.optional("scheme").read(index, schemeNames())) {
+  const Place scheme = keys.optional("scheme"), accuracy = keys.optional("accuracy");
+  if (scheme.read(index, schemeNames())) {
     solver.scheme = static_cast<Scheme>(index);
+  } else if (accuracy.present() && !scheme.present()) {
+    solver.scheme = Scheme::kAuto;  // whoever asks for an accuracy need not know schemes
   }
   keys.optional("substeps").read(solver.substeps, 1, 100000);
   keys.optional("newton_tolerance").read(solver.newton_tolerance, kTolerance);
@@ -34,10 +37,10 @@ void readSolver(const Place& place, SolverOptions& solver) {
   }
   keys.optional("linear_tolerance").read(solver.linear_tolerance, kTolerance);
   keys.optional("max_linear_iterations").read(solver.max_linear_iterations, 1, 1000000);
-  const Place accuracy = keys.optional("accuracy");
   const bool estimates = solver.scheme == Scheme::kAuto || info(solver.scheme).estimates;
   if (accuracy.read(solver.accuracy, positive("m")) && !estimates) {
-    accuracy.refuse("a scheme with an estimate of its error: rk4, tr_bdf2, ros3 or auto");
+    accuracy.refuse(
+        "a scheme with an estimate of its error: symplectic_euler, rk4, tr_bdf2, ros3 or auto");
   }
   const Place budget = keys.optional("budget");
   if (budget.read(solver.budget, positive("s")) && solver.accuracy) {
