@@ -9,7 +9,8 @@ namespace mass_spring {
 /// Time integration schemes. Equation numbers are those of the course notes.
 enum class Scheme {
   kExplicitEuler,        ///< eq. 10-11
-  kSymplecticEuler,      ///< velocities first, then positions with the new velocities
+  kSymplecticEuler,      ///< velocities first, then positions with the new velocities; with an
+                         ///< accuracy, half a kick at each end of a step (Stoermer-Verlet, order 2)
   kRk4,                  ///< the classical Runge-Kutta method
   kLinearImplicitEuler,  ///< eq. 16/19: implicit Euler after one Newton iteration from x_n
   kImplicitEuler,        ///< eq. 12-13, solved by Newton's method
@@ -17,7 +18,7 @@ enum class Scheme {
   kBdf2,                 ///< two-step backward differentiation, for variable steps
   kTrBdf2,               ///< trapezoidal rule, then BDF2, in one step (Bank et al. 1985)
   kRos3,                 ///< Rosenbrock method of three stages (Sandu et al. 1997)
-  kAuto,  ///< symplectic_euler (rk4 for an accuracy) or tr_bdf2, whichever costs less
+  kAuto,  ///< symplectic_euler (for an accuracy, or rk4) or tr_bdf2, whichever costs less
 };
 
 /// What is known of a scheme before it is run.
@@ -59,7 +60,7 @@ struct SolverOptions {
   int max_newton_iterations = 20;  ///< [1, 1000]
   LinearSolver linear_solver = LinearSolver::kAuto;
   /// m, > 0: sub-steps are chosen so that the estimated errors of one second add up to no more. For
-  /// schemes with an estimate, and auto.
+  /// schemes with an estimate, and auto, which scene files mean where they name no scheme.
   std::optional<double> accuracy;
   /// s per step, > 0: as many sub-steps as that buys; not with an accuracy.
   std::optional<double> budget;
