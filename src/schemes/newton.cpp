@@ -25,14 +25,26 @@ double characteristicLength(const Model& model) {
 constexpr double kLoosest = 0.1;
 constexpr double kFirst = 0.01;
 
+// A step is lengthened while Phi falls still this steeply, as a share of the slope at its start.
+constexpr double kSteep = 0.3;
+constexpr double kLongest = 16.0;  // times the step
+
+// The directions of damping that are held have to come nearer to those found by this factor.
+constexpr double kLeastAgreement = 0.7;
+
+// What is added to an indefinite matrix, in units of the masses.
+constexpr double kFewestMasses = 0.25, kMostMasses = 64.0;
+constexpr double kMoreMasses = 4.0, kFewerMasses = 4.0;  // factors from one attempt to the next
+
 }  // namespace
 
 Newton::Newton(const Model& model, const SolverOptions& options, StepSystem& system)
     : model_(model), options_(options), length_(characteristicLength(model)), system_(system) {
   for (Vectors* vectors : {&x_, &forces_, &residual_, &right_side_, &delta_, &v_before_, &rest_,
-                           &still_, &held_positions_}) {
+                           &guess_, &still_, &held_positions_}) {
     vectors->setZero(3, model.particleCount());
   }
+  for (const Spring& s : model.springs) damped_ = damped_ || s.damping > 0.0;
 }
 
 void Newton::evaluate(const Stage& stage, const Drive& drive, const Vectors& v) {
@@ -72,44 +84,75 @@ double Newton::searchLine(const Stage& stage, const Drive& drive, Vectors& v) {
   const double slope = residual_.cwiseProduct(delta_).sum();
   const Potential before = potential_;
   v_before_ = v;
-  double alpha = 1.0;
-  for (int halvings = 0; halvings < 40; ++halvings, alpha *= 0.5) {
+  const auto stepTo = [&](double alpha) {
     v = v_before_ + alpha * delta_;
     evaluate(stage, drive, v);
+  };
+  double alpha = 1.0;
+  for (int halvings = 0; halvings < 40; ++halvings, alpha *= 0.5) {
+    stepTo(alpha);
     // Armijo's rule; where the change drowns in rounding, and where the damping's dependence on x
     // keeps g from being the gradient of Phi, a smaller residual decides.
-    if (potential_.value <= before.value + 1e-4 * alpha * slope) return alpha;
+    if (potential_.value <= before.value + 1e-4 * alpha * slope) {
+      return alpha < 1.0 ? alpha : lengthen(slope, stepTo);
+    }
     const bool drowned =
         std::abs(potential_.value - before.value) <= before.noise + potential_.noise;
     if ((drowned || !hold_damping_) && residual_norm_ <= (1.0 - 1e-4 * alpha) * norm_before)
       return alpha;
   }
-  v = v_before_;
-  evaluate(stage, drive, v);
+  stepTo(0.0);
   return 0.0;
 }
 
-LinearSystem::Result Newton::solveForStep(const Stage& stage, const Drive& drive, double tolerance,
-                                          bool& exact, SubstepReport& report) {
-  right_side_ = -residual_;
-  LinearSystem::Result result;
-  for (;;) {
-    system_.assemble(stage.weight, x_, hold_damping_ ? held_positions_ : x_,
-                     exact ? Projection::kNone : Projection::kWhereNeeded, report);
-    system_.decouple(drive.pinned);
-    delta_.setZero();
-    result = system_.solve(right_side_, tolerance, delta_, report);
-    if (!result.indefinite || !exact) break;
-    exact = false;
+template <typename StepTo>
+double Newton::lengthen(double slope, const StepTo& stepTo) {
+  double alpha = 1.0;
+  while (alpha < kLongest) {
+    const double here = residual_.cwiseProduct(delta_).sum();
+    if (here > kSteep * slope) break;
+    // The secant's root, if there is one not too far away.
+    const double longer = alpha * std::clamp(slope / (slope - here), 1.5, 4.0);
+    const double value = potential_.value;
+    stepTo(longer);
+    if (!(potential_.value < value)) {
+      stepTo(alpha);
+      break;
+    }
+    alpha = longer;
   }
+  return alpha;
+}
+
+LinearSystem::Result Newton::solveForStep(const Stage& stage, const Drive& drive, double tolerance,
+                                          SubstepReport& report) {
+  right_side_ = -residual_;
+  const auto assemble = [&](Projection projection) {
+    system_.assemble(stage.weight, x_, hold_damping_ ? held_positions_ : x_, projection, report);
+    system_.decouple(drive.pinned);
+  };
+  const auto solve = [&] {
+    delta_.setZero();
+    return system_.solve(right_side_, tolerance, delta_, report);
+  };
+  assemble(Projection::kNone);
+  added_masses_ = added_masses_ > kFewestMasses ? added_masses_ / kFewerMasses : 0.0;
+  if (added_masses_ > 0.0) system_.addMasses(added_masses_, report);
+  LinearSystem::Result result = solve();
+  while (result.indefinite && added_masses_ < kMostMasses) {
+    const double more = std::max(kFewestMasses, kMoreMasses * added_masses_);
+    system_.addMasses(more - added_masses_, report);
+    added_masses_ = more;
+    result = solve();
+  }
+  if (!result.indefinite) return result;
+  assemble(Projection::kWhereNeeded);
+  result = solve();
   // A projected matrix is definite but for rounding. A heavier one still leads downhill.
   for (double share = 1e-14; result.indefinite && share < 1e-2; share *= 100.0) {
     system_.shift(share);
-    delta_.setZero();
-    result = system_.solve(right_side_, tolerance, delta_, report);
+    result = solve();
   }
-  // Where even that gave no direction, there is always that of the gradient.
-  if (!result.converged && delta_.isZero(0.0)) system_.divideByDiagonal(right_side_, delta_);
   return result;
 }
 
@@ -124,7 +167,7 @@ bool Newton::iterate(const Stage& stage, const Drive& drive, Vectors& v, Substep
   // A >= M, so w |g|_{M^-1} bounds the mass-weighted displacement that is still missing.
   const double residual_scale = stage.weight / (std::sqrt(lightest) * length_);
   const double floor = std::min(options_.linear_tolerance, kLoosest);
-  bool exact = true;
+  added_masses_ = 0.0;
   double linear_tolerance = std::max(kFirst, floor);
   double step_before = 0.0;  // of the iteration before, if that went all the way
   for (int iteration = 0;; ++iteration) {
@@ -138,7 +181,7 @@ bool Newton::iterate(const Stage& stage, const Drive& drive, Vectors& v, Substep
       return false;
     }
     const double norm_before = residual_norm_;
-    const LinearSystem::Result linear = solveForStep(stage, drive, linear_tolerance, exact, report);
+    const LinearSystem::Result linear = solveForStep(stage, drive, linear_tolerance, report);
     const double step =
         stage.weight * std::sqrt(delta_.colwise().squaredNorm().maxCoeff()) / length_;
     const double share = searchLine(stage, drive, v);
@@ -159,13 +202,42 @@ bool Newton::iterate(const Stage& stage, const Drive& drive, Vectors& v, Substep
     const double reduction = residual_norm_ / norm_before;
     linear_tolerance = std::clamp(0.9 * reduction * reduction, floor, kLoosest);
     step_before = share == 1.0 ? step : 0.0;
-    // Near the solution the exact matrix is definite, and only it converges quadratically.
-    exact = exact || reduction < 0.5;
   }
 }
 
+bool Newton::iterateHolding(const Stage& stage, const Drive& drive, Vectors& v,
+                            SubstepReport& report) {
+  double moved_before = std::numeric_limits<double>::infinity();
+  for (;;) {
+    guess_ = v;
+    if (!descend(stage, drive, v, v, report)) return false;
+    const double moved =
+        stage.weight * std::sqrt((v - guess_).colwise().squaredNorm().maxCoeff()) / length_;
+    if (moved <= options_.newton_tolerance) return true;
+    if (moved > kLeastAgreement * moved_before) return false;
+    moved_before = moved;
+  }
+}
+
+bool Newton::descend(const Stage& stage, const Drive& drive, const Vectors& held, Vectors& v,
+                     SubstepReport& report) {
+  held_positions_ = stage.positions + stage.weight * held;
+  hold_damping_ = true;
+  const bool converged = iterate(stage, drive, v, report);
+  hold_damping_ = false;
+  return converged;
+}
+
 void Newton::solve(const Stage& stage, const Drive& drive, Vectors& v, SubstepReport& report) {
-  if (!iterate(stage, drive, v, report)) report.converged = false;
+  const double residual = report.residual;
+  if (!iterate(stage, drive, v, report)) {
+    const double missed = report.residual;
+    report.residual = residual;
+    if (!(damped_ && v.allFinite() && iterateHolding(stage, drive, v, report))) {
+      report.residual = std::max(report.residual, missed);
+      report.converged = false;
+    }
+  }
   markOverflow(v);
 }
 
@@ -181,10 +253,7 @@ void Newton::solveBelowRest(const Stage& stage, const Drive& drive, Vectors& v,
   // A root of g that lies above rest would add energy; descending from rest cannot.
   if (!(potential_.value <= at_rest.value + at_rest.noise + potential_.noise)) {
     v = rest_;
-    hold_damping_ = true;
-    held_positions_ = stage.positions + stage.weight * rest_;
-    converged = iterate(stage, drive, v, report);
-    hold_damping_ = false;
+    converged = descend(stage, drive, rest_, v, report);
   }
   if (!converged) report.converged = false;
   markOverflow(v);

@@ -17,10 +17,13 @@ struct Stage {
 /// Newton's method for the stages of all implicit schemes, with a line search on the incremental
 /// potential
 ///   Phi(v) = |v - velocities|^2_M / 2 + U(x) + weight Q(x, v) - weight F . v,
-/// whose gradient is g (but for the dependence of Q on x). The matrix is the exact one until it
-/// turns out indefinite; from then on compressed springs are projected where the masses alone could
-/// not keep it definite. Linear systems are solved only as exactly as the iteration can use
-/// (Eisenstat and Walker 1996).
+/// whose gradient is g (but for the dependence of Q on x). The matrix is the exact one, with which
+/// the iteration ends quadratically. Where it turns out indefinite, as cloth buckles, it is made
+/// heavier: (1 + mu) M + w D + w^2 K is the matrix of a stage shorter by sqrt(1 + mu), which knows
+/// still where the cloth wants to go; and once much mass is not enough, compressed springs are
+/// projected, which stiffens the directions of buckling most (Longva et al. 2023). The line search
+/// lengthens steps that turn out too short. Linear systems are solved only as exactly as the
+/// iteration can use (Eisenstat and Walker 1996).
 /// Ends when the error left in the displacements, estimated from the last step and the rate at
 /// which steps shrink, is below newton_tolerance times the mean rest length for every particle: a
 /// criterion that knows no units.
@@ -43,13 +46,24 @@ class Newton {
   };
   /// Positions, forces, g and Phi at v.
   void evaluate(const Stage& stage, const Drive& drive, const Vectors& v);
+  /// From v towards the root. @return whether v is one; else it is the best iterate
   bool iterate(const Stage& stage, const Drive& drive, Vectors& v, SubstepReport& report);
-  /// delta_ = -A^-1 g. Tries the exact matrix if told so; where it turns out indefinite, projects
-  /// and clears `exact`.
+  /// The same where the matrix is too far from the derivative, as it leaves out that the directions
+  /// of damping turn with x: solves with the directions held, and again with those found, until
+  /// they agree. @return false if they do not
+  bool iterateHolding(const Stage& stage, const Drive& drive, Vectors& v, SubstepReport& report);
+  /// iterate() with the directions of damping as they are at the end of a stage with velocities
+  /// `held`. Then g is exactly the gradient of Phi, A its derivative, and each step descends.
+  bool descend(const Stage& stage, const Drive& drive, const Vectors& held, Vectors& v,
+               SubstepReport& report);
+  /// delta_ = -A^-1 g with a matrix that is definite.
   LinearSystem::Result solveForStep(const Stage& stage, const Drive& drive, double tolerance,
-                                    bool& exact, SubstepReport& report);
+                                    SubstepReport& report);
   /// Steps along delta_. @return the share taken, 0 if there is none that helps
   double searchLine(const Stage& stage, const Drive& drive, Vectors& v);
+  /// Goes on along delta_ from its end while that pays. @return the share taken, >= 1
+  template <typename StepTo>
+  double lengthen(double slope, const StepTo& stepTo);
   void markOverflow(Vectors& v) const;
 
   const Model& model_;
@@ -58,8 +72,10 @@ class Newton {
   StepSystem& system_;
   Vectors x_, forces_, residual_;  // at the iterate
   Potential potential_{0.0, 0.0};
+  double added_masses_ = 0.0;   // mu of the last matrix
   double residual_norm_ = 0.0;  // sqrt(g^T M^-1 g) [kg^1/2 m/s]
-  Vectors right_side_, delta_, v_before_, rest_, still_;
+  Vectors right_side_, delta_, v_before_, rest_, guess_, still_;
+  bool damped_ = false;
   bool hold_damping_ = false;
   Vectors held_positions_;  // whose directions the damping takes while it is held
 };

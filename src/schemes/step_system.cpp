@@ -34,11 +34,12 @@ void StepSystem::shift(double share) {
   system_.prepare(matrix_);
 }
 
-void StepSystem::divideByDiagonal(const Vectors& b, Vectors& x) const {
-  for (Eigen::Index i = 0; i < b.cols(); ++i) {
-    const SymmetricBlock& d = matrix_.diagonal()[static_cast<std::size_t>(i)];
-    x.col(i) = b.col(i) / (d.xx + d.yy + d.zz);
+void StepSystem::addMasses(double share, SubstepReport& report) {
+  for (std::uint32_t i = 0; i < model_.particleCount(); ++i) {
+    matrix_.diagonal()[i] += SymmetricBlock::isotropic(share * model_.masses[i]);
   }
+  system_.prepare(matrix_);
+  ++report.newton_iterations;
 }
 
 LinearSystem::Result StepSystem::solve(const Vectors& b, double tolerance, Vectors& x,

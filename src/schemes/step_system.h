@@ -24,8 +24,8 @@ class StepSystem {
   void decouple(const std::vector<char>& pinned);
   /// Makes the matrix heavier, after decouple(): see StepMatrix::shift().
   void shift(double share);
-  /// x_i = b_i / trace of the i-th diagonal block
-  void divideByDiagonal(const Vectors& b, Vectors& x) const;
+  /// Adds a share of the masses, after decouple().
+  void addMasses(double share, SubstepReport& report);
   /// A x = b to |b - A x| <= tolerance |b|, from the x given where that helps.
   LinearSystem::Result solve(const Vectors& b, double tolerance, Vectors& x, SubstepReport& report);
 
