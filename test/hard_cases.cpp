@@ -11,7 +11,6 @@ const std::vector<double> kOne = {1.0};
 const std::vector<double> kFirm = {1.0, 1e3};
 const std::vector<double> kStiff = {1.0, 1e3, 1e6};
 const std::vector<double> kFrame = {1.0 / 60.0};
-const std::vector<double> kFrames = {1.0 / 60.0, 0.1};
 const std::vector<double> kHalfSecond = {0.5};
 const std::vector<double> kTenSeconds = {10.0};
 const std::vector<double> kSteps = {1.0 / 60.0, 0.1, 1.0};
@@ -36,12 +35,23 @@ bool applies(const HardCase& row, const SchemeInfo& scheme) {
   return false;
 }
 
-/// All of them; under the sanitizers, which make everything ten times slower, the ends.
-std::vector<double> swept(const std::vector<double>& values) {
+/// Is a run of the sweep made? Under the sanitizers, which make everything ten times slower, only
+/// the ends of each range are, and of two ends by two those on one diagonal: one or the other from
+/// scheme to scheme.
+bool isMade(const HardCase& row, const SchemeInfo& scheme, double stiffness, double h) {
 #ifdef __SANITIZE_ADDRESS__
-  if (values.size() > 2) return {values.front(), values.back()};
+  const auto end = [](const std::vector<double>& values, double value) {
+    return value == values.front() ? 0 : value == values.back() ? 1 : -1;
+  };
+  const int stiff = end(row.stiffness, stiffness), slow = end(row.steps, h);
+  if (!scheme.implicit) return true;
+  if (stiff < 0 || slow < 0) return false;
+  if (row.stiffness.size() == 1 || row.steps.size() == 1) return true;
+  return (stiff + slow + static_cast<int>(scheme.scheme)) % 2 == 0;
+#else
+  (void)row, (void)scheme, (void)stiffness, (void)h;
+  return true;
 #endif
-  return values;
 }
 
 }  // namespace
@@ -67,9 +77,9 @@ const std::vector<HardCase>& hardCases() {
       { 7, "Explosion_FlattenedStart", "explodes",
        A::kToImplicit, kStiff, kSteps, 0, flattenedStart},
       { 8, "StalledCg_StiffnessRatio1e8_Chain", "conjugate gradients stall",
-       A::kToImplicit, kOne, kFrames, 0, stiffnessRatioInChain},
+       A::kToImplicit, kOne, kSteps, 0, stiffnessRatioInChain},
       { 8, "StalledCg_StiffnessRatio1e8_Sheet", "conjugate gradients stall",
-       A::kToImplicit, kOne, kFrames, 0, stiffnessRatioInSheet},
+       A::kToImplicit, kOne, kSteps, 0, stiffnessRatioInSheet},
       { 9, "Glitches_MassRatio1e6", "glitches, sags too far",
        A::kToImplicit, kOne, kSteps, 0, loadOnLightRope},
       {10, "MidpointAndRosenbrockExplode_LongStep", "explodes",
@@ -103,7 +113,7 @@ const std::vector<HardCase>& hardCases() {
       {24, "WrongStop_WarmStart", "stops at the wrong place",
        A::kToImplicit, kStiff, kFrame, 0, warmStart},
       {25, "SofaCapsAt20_CappedConjugateGradients", "wrong, and silent",
-       A::kToImplicit, kStiff, kFrames, 0, cappedConjugateGradients},
+       A::kToImplicit, kStiff, kSteps, 0, cappedConjugateGradients},
       {26, "Warp189_ZeroRightSide", "NaN",
        A::kToAll, kStiff, kSteps, 0.001, zeroRightSide},
       {27, "Warp642_StiffSheetInFreeFall", "explodes",
@@ -124,9 +134,9 @@ std::vector<Trial> trials(const HardCase& row) {
   for (const SchemeInfo& scheme : schemes()) {
     if (!applies(row, scheme)) continue;
     if (!scheme.implicit && row.explicit_step == 0.0) continue;
-    for (const double stiffness : scheme.implicit ? swept(row.stiffness) : kOne) {
-      for (const double h :
-           scheme.implicit ? swept(row.steps) : std::vector<double>{row.explicit_step}) {
+    for (const double stiffness : scheme.implicit ? row.stiffness : kOne) {
+      for (const double h : scheme.implicit ? row.steps : std::vector<double>{row.explicit_step}) {
+        if (!isMade(row, scheme, stiffness, h)) continue;
         Trial trial;
         trial.name = row.name + "." + scheme.name + "/k" + number(stiffness) + "/h" + number(h);
         trial.scheme = scheme.scheme;

@@ -59,9 +59,11 @@ void pinTeleported(Trial& trial) {
   ASSERT_TRUE(run->apply(moveTo("hold", hold + Eigen::Vector3d(0.6, 0.8, 0))).accepted());
   run.step();
   if (run.failed()) return;
-  run.boundEnergy(0.1);
+  run.boundEnergy();
   run.step(std::max(1, static_cast<int>(std::lround(1.0 / trial.h))));
-  EXPECT_LT(maxStretch(run->model(), run->state()), 1.5);
+  // The teleport stretches to 1.6 where the steps are short and the springs soft; an untouched
+  // sheet swings with up to 1.007.
+  EXPECT_LT(maxStretch(run->model(), run->state()), 1.05);
 }
 
 void rotatedScene(Trial& trial) {
@@ -75,7 +77,8 @@ void rotatedScene(Trial& trial) {
     Scene built = sceneOf(trial, net);
     built.effects.gravity = GravityOptions{rotation * Eigen::Vector3d(0, 0, -9.81)};
     pin(built, {0, 5});
-    // What Newton leaves must lie below what is compared.
+    // What Newton leaves must lie below what is compared: at the default 1e-6 the two answers
+    // differ by what the solvers leave, some 1e-10 m.
     built.solver.newton_tolerance = 1e-10;
     return built;
   };
@@ -158,7 +161,8 @@ void gripperSqueezesShut(Trial& trial) {
     run.step();
   }
   if (run.failed()) return;
-  run.boundEnergy(0.1);
+  // The midpoint rule keeps what is squeezed ringing; its energy comes and goes by some 1e-3.
+  run.boundEnergy(dampsWhatIsStiff(trial.scheme) ? 2e-4 : 1e-2);
   run.step(10);
   double strongest = 0.0, bound = 0.0;
   for (const Spring& s : run->model().springs) {
@@ -166,7 +170,8 @@ void gripperSqueezesShut(Trial& trial) {
                          s.stiffness * s.rest_length * std::abs(strain(s, run->state().positions)));
     bound = std::max(bound, s.stiffness * s.rest_length);
   }
-  EXPECT_LT(strongest, bound);
+  // The block slips out between the jaws, and is hardly strained any more once it rests.
+  EXPECT_LT(strongest, (dampsWhatIsStiff(trial.scheme) ? 0.1 : 1.0) * bound);
 }
 
 }  // namespace mass_spring

