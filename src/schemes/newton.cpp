@@ -32,6 +32,9 @@ constexpr double kLongest = 16.0;  // times the step
 // The directions of damping that are held have to come nearer to those found by this factor.
 constexpr double kLeastAgreement = 0.7;
 
+// A projected matrix that leaves more than this share of the residual is not tried again.
+constexpr double kCreeping = 0.5;
+
 // What is added to an indefinite matrix, in units of the masses.
 constexpr double kFewestMasses = 0.25, kMostMasses = 64.0;
 constexpr double kMoreMasses = 4.0, kFewerMasses = 4.0;  // factors from one attempt to the next
@@ -139,13 +142,14 @@ LinearSystem::Result Newton::solveForStep(const Stage& stage, const Drive& drive
   added_masses_ = added_masses_ > kFewestMasses ? added_masses_ / kFewerMasses : 0.0;
   if (added_masses_ > 0.0) system_.addMasses(added_masses_, report);
   LinearSystem::Result result = solve();
-  while (result.indefinite && added_masses_ < kMostMasses) {
+  while (result.indefinite && crept_ && added_masses_ < kMostMasses) {
     const double more = std::max(kFewestMasses, kMoreMasses * added_masses_);
     system_.addMasses(more - added_masses_, report);
     added_masses_ = more;
     result = solve();
   }
-  if (!result.indefinite) return result;
+  projected_ = result.indefinite;
+  if (!projected_) return result;
   assemble(Projection::kWhereNeeded);
   result = solve();
   // A projected matrix is definite but for rounding. A heavier one still leads downhill.
@@ -168,6 +172,7 @@ bool Newton::iterate(const Stage& stage, const Drive& drive, Vectors& v, Substep
   const double residual_scale = stage.weight / (std::sqrt(lightest) * length_);
   const double floor = std::min(options_.linear_tolerance, kLoosest);
   added_masses_ = 0.0;
+  crept_ = false;
   double linear_tolerance = std::max(kFirst, floor);
   double step_before = 0.0;  // of the iteration before, if that went all the way
   for (int iteration = 0;; ++iteration) {
@@ -202,6 +207,7 @@ bool Newton::iterate(const Stage& stage, const Drive& drive, Vectors& v, Substep
     const double reduction = residual_norm_ / norm_before;
     linear_tolerance = std::clamp(0.9 * reduction * reduction, floor, kLoosest);
     step_before = share == 1.0 ? step : 0.0;
+    crept_ = crept_ || (projected_ && reduction > kCreeping);
   }
 }
 

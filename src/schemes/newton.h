@@ -18,14 +18,14 @@ struct Stage {
 /// potential
 ///   Phi(v) = |v - velocities|^2_M / 2 + U(x) + weight Q(x, v) - weight F . v,
 /// whose gradient is g (but for the dependence of Q on x). The matrix is the exact one, with which
-/// the iteration ends quadratically. Where it turns out indefinite, as cloth buckles, it is made
-/// heavier: (1 + mu) M + w D + w^2 K is the matrix of a stage shorter by sqrt(1 + mu), which knows
-/// still where the cloth wants to go; and once much mass is not enough, compressed springs are
-/// projected, which stiffens the directions of buckling most (Longva et al. 2023). The line search
-/// lengthens steps that turn out too short. Linear systems are solved only as exactly as the
-/// iteration can use (Eisenstat and Walker 1996).
-/// Ends when the error left in the displacements, estimated from the last step and the rate at
-/// which steps shrink, is below newton_tolerance times the mean rest length for every particle: a
+/// the iteration ends quadratically. Where it turns out indefinite, compressed springs are
+/// projected where the masses alone could not keep it definite. That stiffens the directions in
+/// which cloth buckles (Longva et al. 2023); once it creeps, the exact matrix is made heavier
+/// instead: (1 + mu) M + w D + w^2 K is that of a stage shorter by sqrt(1 + mu), which knows still
+/// where the cloth wants to go. The line search lengthens steps that turn out too short. Linear
+/// systems are solved only as exactly as the iteration can use (Eisenstat and Walker 1996). Ends
+/// when the error left in the displacements, estimated from the last step and the rate at which
+/// steps shrink, is below newton_tolerance times the mean rest length for every particle: a
 /// criterion that knows no units.
 class Newton {
  public:
@@ -72,8 +72,9 @@ class Newton {
   StepSystem& system_;
   Vectors x_, forces_, residual_;  // at the iterate
   Potential potential_{0.0, 0.0};
-  double added_masses_ = 0.0;   // mu of the last matrix
-  double residual_norm_ = 0.0;  // sqrt(g^T M^-1 g) [kg^1/2 m/s]
+  double added_masses_ = 0.0;               // mu of the last matrix
+  bool projected_ = false, crept_ = false;  // the last matrix; since the iteration began
+  double residual_norm_ = 0.0;              // sqrt(g^T M^-1 g) [kg^1/2 m/s]
   Vectors right_side_, delta_, v_before_, rest_, guess_, still_;
   bool damped_ = false;
   bool hold_damping_ = false;
