@@ -7,14 +7,6 @@
 namespace mass_spring {
 namespace {
 
-const std::vector<double> kOne = {1.0};
-const std::vector<double> kFirm = {1.0, 1e3};
-const std::vector<double> kStiff = {1.0, 1e3, 1e6};
-const std::vector<double> kFrame = {1.0 / 60.0};
-const std::vector<double> kHalfSecond = {0.5};
-const std::vector<double> kTenSeconds = {10.0};
-const std::vector<double> kSteps = {1.0 / 60.0, 0.1, 1.0};
-
 std::string number(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.3g", value);
@@ -58,6 +50,14 @@ bool isMade(const HardCase& row, const SchemeInfo& scheme, double stiffness, dou
 
 const std::vector<HardCase>& hardCases() {
   using A = Applies;
+  // Here, as the table is read before main().
+  static const std::vector<double> kOne = {1.0};
+  static const std::vector<double> kFirm = {1.0, 1e3};
+  static const std::vector<double> kStiff = {1.0, 1e3, 1e6};
+  static const std::vector<double> kFrame = {1.0 / 60.0};
+  static const std::vector<double> kHalfSecond = {0.5};
+  static const std::vector<double> kTenSeconds = {10.0};
+  static const std::vector<double> kSteps = {1.0 / 60.0, 0.1, 1.0};
   // number, what it guards against and the input, what plain code does,
   // schemes, stiffness x, steps [s], step of explicit schemes [s], the check
   // clang-format off
@@ -134,7 +134,7 @@ std::vector<Trial> trials(const HardCase& row) {
   for (const SchemeInfo& scheme : schemes()) {
     if (!applies(row, scheme)) continue;
     if (!scheme.implicit && row.explicit_step == 0.0) continue;
-    for (const double stiffness : scheme.implicit ? row.stiffness : kOne) {
+    for (const double stiffness : scheme.implicit ? row.stiffness : std::vector<double>{1.0}) {
       for (const double h : scheme.implicit ? row.steps : std::vector<double>{row.explicit_step}) {
         if (!isMade(row, scheme, stiffness, h)) continue;
         Trial trial;
