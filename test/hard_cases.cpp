@@ -29,7 +29,7 @@ bool applies(const HardCase& row, const SchemeInfo& scheme) {
 
 /// Is a run of the sweep made? Under the sanitizers, which make everything ten times slower, only
 /// the ends of each range are, and of two ends by two those on one diagonal: one or the other from
-/// scheme to scheme.
+/// scheme to scheme. So it is with the two ends of a single range.
 bool isMade(const HardCase& row, const SchemeInfo& scheme, double stiffness, double h) {
 #ifdef __SANITIZE_ADDRESS__
   const auto end = [](const std::vector<double>& values, double value) {
@@ -38,7 +38,7 @@ bool isMade(const HardCase& row, const SchemeInfo& scheme, double stiffness, dou
   const int stiff = end(row.stiffness, stiffness), slow = end(row.steps, h);
   if (!scheme.implicit) return true;
   if (stiff < 0 || slow < 0) return false;
-  if (row.stiffness.size() == 1 || row.steps.size() == 1) return true;
+  if (row.stiffness.size() == 1 && row.steps.size() == 1) return true;
   return (stiff + slow + static_cast<int>(scheme.scheme)) % 2 == 0;
 #else
   (void)row, (void)scheme, (void)stiffness, (void)h;
