@@ -31,7 +31,7 @@ namespace {
 
 constexpr double kTolerance = 1e-6;
 // The library's residual is computed with its own order of summation.
-constexpr double kRounding = 1e-8;
+constexpr double kRounding = 1e-9;
 
 struct Options {
   std::string path;
