@@ -1,6 +1,7 @@
 #include "plain_eigen.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace mass_spring {
 
@@ -42,10 +43,12 @@ void PlainEigen::assemble(const State& state) {
     taken[s.j] += 2.0 * h_ * h_ * s.stiffness * compression;
   }
   triplets_.clear();
+  Eigen::VectorXd sizes = Eigen::VectorXd::Zero(model_.particleCount());  // of the terms of b
   for (std::uint32_t i = 0; i < model_.particleCount(); ++i) {
     const double mass = model_.masses[i];
     addBlock(i, i, mass * Eigen::Matrix3d::Identity());
     right_side_.col(i) = mass * (state.velocities.col(i) + h_ * gravity_);
+    if (unknown_[i] >= 0) sizes[i] = right_side_.col(i).norm();
   }
   for (const Spring& s : model_.springs) {
     const Eigen::Vector3d d = state.positions.col(s.j) - state.positions.col(s.i);
@@ -55,6 +58,8 @@ void PlainEigen::assemble(const State& state) {
     const Eigen::Vector3d impulse = h_ * s.stiffness * (length - s.rest_length) * n;
     right_side_.col(s.i) += impulse;
     right_side_.col(s.j) -= impulse;
+    if (unknown_[s.i] >= 0) sizes[s.i] += impulse.norm();
+    if (unknown_[s.j] >= 0) sizes[s.j] += impulse.norm();
 
     double across = 1.0 - s.rest_length / length;
     const bool safe = taken[s.i] < model_.masses[s.i] && taken[s.j] < model_.masses[s.j];
@@ -70,6 +75,7 @@ void PlainEigen::assemble(const State& state) {
   }
   matrix_.setFromTriplets(triplets_.begin(), triplets_.end());
   b_ = gather(right_side_);
+  terms_ = sizes.norm();
 }
 
 template <typename Factor>
@@ -99,6 +105,10 @@ void PlainEigen::solve(State& state) {
 
 double PlainEigen::residual(const Vectors& velocities) const {
   return (b_ - matrix_ * gather(velocities)).norm() / b_.norm();
+}
+
+double PlainEigen::rounding() const {
+  return std::numeric_limits<double>::epsilon() * terms_ / b_.norm();
 }
 
 Eigen::VectorXd PlainEigen::gather(const Vectors& vectors) const {

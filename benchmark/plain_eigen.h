@@ -33,6 +33,10 @@ class PlainEigen {
   /// |b - A v| / |b| of what was assembled, for the velocities that another solver found.
   double residual(const Vectors& velocities) const;
 
+  /// By how much the rounding of b's terms may change that residual: near rest, b is the small
+  /// difference of large forces.
+  double rounding() const;
+
   int iterations() const {
     const bool iterative = solver_ == Solver::kConjugateGradient;
     return iterative ? static_cast<int>(conjugate_gradient_.iterations()) : 0;
@@ -54,6 +58,7 @@ class PlainEigen {
   std::vector<int> unknown_;  // per particle, its place among the free ones; -1 = pinned
   Vectors right_side_;
   Eigen::VectorXd b_;
+  double terms_ = 0.0;  // norm of the sums of the sizes of b's terms
   std::vector<Eigen::Triplet<double>> triplets_;
   Matrix matrix_;
   Eigen::ConjugateGradient<Matrix, Eigen::Lower | Eigen::Upper> conjugate_gradient_;
