@@ -41,14 +41,12 @@ void BlockSweep::sweepDown(const LevelMatrix& matrix, std::uint32_t part, const 
     for (std::uint32_t s = row_end; s-- > row_start;) {
       sum -= Columns4(upper + kBlock * s).times(z + 4 * column[s]);
     }
-    float right[4];
-    store4(sum, right);
-    const Float4 mine = Columns4(&inverse_[kBlock * i]).times(right);
+    const Float4 mine = Columns4(&inverse_[kBlock * i]).times(sum);
     store4(mine, z + 4 * i);
     store4(Float4{}, r + 4 * i);
     for (std::uint32_t s = row_start; s < row_end; ++s) {
       float* const to = r + 4 * column[s];
-      store4(load4(to) - Columns4(upper + kBlock * s).times(z + 4 * i), to);
+      store4(load4(to) - Columns4(upper + kBlock * s).times(mine), to);
     }
   }
 }
@@ -59,16 +57,15 @@ void BlockSweep::sweepUp(const LevelMatrix& matrix, std::uint32_t part, float* r
   const float* const upper = matrix.upper(0);
   for (std::uint32_t i = halves_.begin(part); i < halves_.end(part); ++i) {
     const std::uint32_t row_start = matrix.rows.start[i], row_end = halves_.rowEnd(i);
-    Float4 sum = load4(r + 4 * i);
+    Float4 sum = {};
     for (std::uint32_t s = row_start; s < row_end; ++s) {
-      sum -= Columns4(upper + kBlock * s).times(z + 4 * column[s]);
+      sum += Columns4(upper + kBlock * s).times(z + 4 * column[s]);
     }
-    float right[4];
-    store4(sum, right);
-    store4(Columns4(&inverse_[kBlock * i]).times(right), z + 4 * i);
+    const Float4 mine = Columns4(&inverse_[kBlock * i]).times(load4(r + 4 * i) - sum);
+    store4(mine, z + 4 * i);
     for (std::uint32_t s = row_start; s < row_end; ++s) {
       float* const to = r + 4 * column[s];
-      store4(load4(to) - Columns4(upper + kBlock * s).times(z + 4 * i), to);
+      store4(load4(to) - Columns4(upper + kBlock * s).times(mine), to);
     }
   }
 }
@@ -81,6 +78,39 @@ void BlockSweep::couple(const LevelMatrix& matrix, const float* z, float* r) con
       const std::uint32_t j = matrix.rows.column[s];
       store4(load4(r + 4 * i) - block.times(z + 4 * j), r + 4 * i);
       store4(load4(r + 4 * j) - block.times(z + 4 * i), r + 4 * j);
+    }
+  }
+}
+
+MASS_SPRING_DISPATCH
+void BlockSweep::multiply(const LevelMatrix& matrix, std::uint32_t part, const float* p,
+                          float* q) const {
+  const std::uint32_t* const column = matrix.rows.column.data();
+  const float* const upper = matrix.upper(0);
+  for (std::uint32_t i = halves_.begin(part); i < halves_.end(part); ++i) {
+    store4(Columns4(&matrix.row_sums[kBlock * i]).times(p + 4 * i), q + 4 * i);
+  }
+  for (std::uint32_t i = halves_.begin(part); i < halves_.end(part); ++i) {
+    const Float4 mine = load4(p + 4 * i);
+    Float4 sum = load4(q + 4 * i);
+    const std::uint32_t row_end = halves_.rowEnd(i);
+    for (std::uint32_t s = matrix.rows.start[i]; s < row_end; ++s) {
+      float* const to = q + 4 * column[s];
+      const Float4 flow = Columns4(upper + kBlock * s).times(load4(p + 4 * column[s]) - mine);
+      sum += flow;
+      store4(load4(to) - flow, to);
+    }
+    store4(sum, q + 4 * i);
+  }
+}
+
+void BlockSweep::multiplyCoupled(const LevelMatrix& matrix, const float* p, float* q) const {
+  for (std::uint32_t i = halves_.firstCoupled(); i < halves_.lastCoupled(); ++i) {
+    for (std::uint32_t s = halves_.rowEnd(i); s < matrix.rows.start[i + 1]; ++s) {
+      const std::uint32_t j = matrix.rows.column[s];
+      const Float4 flow = Columns4(matrix.upper(s)).times(load4(p + 4 * j) - load4(p + 4 * i));
+      store4(load4(q + 4 * i) + flow, q + 4 * i);
+      store4(load4(q + 4 * j) - flow, q + 4 * j);
     }
   }
 }

@@ -5,9 +5,9 @@
 
 namespace mass_spring {
 
-/// Symmetric block Gauss-Seidel on one level of a multigrid. A large level is swept in two halves
-/// at once: each half uses its own newest values and the other's from before, whoever sweeps it, so
-/// that the result does not depend on the number of threads.
+/// Symmetric block Gauss-Seidel on one level of a multigrid, and products. A large level is swept
+/// in two halves at once: each half uses its own newest values and the other's from before, whoever
+/// sweeps it, so that the result does not depend on the number of threads.
 ///
 /// Vectors hold four floats per particle, of which the fourth means nothing.
 class BlockSweep {
@@ -26,6 +26,12 @@ class BlockSweep {
   void sweepUp(const LevelMatrix& matrix, std::uint32_t part, float* r, float* z);
   /// r -= C z for the blocks C between the two parts.
   void couple(const LevelMatrix& matrix, const float* z, float* r) const;
+
+  /// q = A p within the part: row sums times p and blocks times differences of p, so that what is
+  /// stiff does not drown what is soft in its rounding.
+  void multiply(const LevelMatrix& matrix, std::uint32_t part, const float* p, float* q) const;
+  /// The same for the blocks between the two parts, added.
+  void multiplyCoupled(const LevelMatrix& matrix, const float* p, float* q) const;
 
  private:
   RowHalves halves_;

@@ -36,6 +36,9 @@ struct Columns4 {
   inline __attribute__((always_inline)) Float4 times(const float* v) const {
     return x * v[0] + y * v[1] + z * v[2];
   }
+  inline __attribute__((always_inline)) Float4 times(const Float4& v) const {
+    return x * v[0] + y * v[1] + z * v[2];
+  }
 };
 
 }  // namespace mass_spring

@@ -18,7 +18,7 @@ constexpr std::size_t kMostFilled = 32;
 }  // namespace
 
 IncompleteCholesky::IncompleteCholesky(std::shared_ptr<const BlockPattern> pattern)
-    : pattern_(std::move(pattern)), inverse_pivot_(pattern_->size()), work_(pattern_->size()) {
+    : pattern_(std::move(pattern)), inverse_pivot_(pattern_->size()) {
   findEntries();
   findUpdates();
   findColumns();
@@ -133,37 +133,31 @@ bool IncompleteCholesky::factorize(const StepMatrix& matrix, double shift) {
   return true;
 }
 
-double IncompleteCholesky::apply(const Vectors& r, Vectors& z) {
+void IncompleteCholesky::apply(const FloatVectors& r, FloatVectors& z, FloatVectors&) {
   substitute(r, z);
-  return r.cwiseProduct(z).sum();
 }
 
 MASS_SPRING_DISPATCH
-void IncompleteCholesky::substitute(const Vectors& r, Vectors& z) {
+void IncompleteCholesky::substitute(const FloatVectors& r, FloatVectors& z) const {
   const std::uint32_t n = pattern_->size();
-  // Residuals of any size fit into floats once they are scaled.
-  const double size = r.cwiseAbs().maxCoeff();
-  const double scale = size > 0.0 ? 1.0 / size : 1.0;
   for (std::uint32_t i = 0; i < n; ++i) {
-    const Eigen::Vector3f start = (scale * r.col(i)).cast<float>();
-    Eigen::Array4f y(start[0], start[1], start[2], 0.0f);
+    Eigen::Array4f y = r.col(i);
     for (std::uint32_t e = row_start_[i]; e < row_start_[i + 1]; ++e) {
-      multiplySubtract(&forward_[kBlock * e], work_[column_[e]], y);
+      multiplySubtract(&forward_[kBlock * e], &z(0, column_[e]), y);
     }
-    work_[i] = y;
+    z.col(i) = y;
   }
   for (std::uint32_t i = n; i-- > 0;) {
-    const double y[3] = {work_[i][0], work_[i][1], work_[i][2]};
+    const double y[3] = {z(0, i), z(1, i), z(2, i)};
     double v[3] = {0.0, 0.0, 0.0};
     inverse_pivot_[i].multiplyAdd(y, v);
     Eigen::Array4f x(static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2]),
                      0.0f);
     // The nearest last: it is the latest to be known.
     for (std::uint32_t u = column_start_[i + 1]; u-- > column_start_[i];) {
-      multiplySubtract(&backward_[kBlock * u], work_[row_[u]], x);
+      multiplySubtract(&backward_[kBlock * u], &z(0, row_[u]), x);
     }
-    work_[i] = x;
-    z.col(i) = size * x.head<3>().cast<double>().matrix();
+    z.col(i) = x;
   }
 }
 

@@ -48,12 +48,7 @@ void store(const SymmetricBlock& block, double scale, float* to) {
 
 }  // namespace
 
-Multigrid::Level::Level(BlockRows rows)
-    : matrix(std::move(rows)),
-      sweep(matrix.rows),
-      b(4 * matrix.size()),
-      z(4 * matrix.size()),
-      r(4 * matrix.size()) {}
+Multigrid::Level::Level(BlockRows block_rows) : matrix(std::move(block_rows)), sweep(matrix.rows) {}
 
 Multigrid::Multigrid(const Model& model)
     : threads_(*model.threads), row_sums_(model.pattern->size()) {
@@ -70,6 +65,9 @@ Multigrid::Multigrid(const Model& model)
     fine.interpolation = std::move(interpolation);
     fine.product.emplace(fine.matrix.rows, fine.interpolation, fine.restriction);
     levels_.emplace_back(fine.product->coarseRows());
+    Level& coarse = levels_.back();
+    for (auto* vectors : {&coarse.b, &coarse.z, &coarse.r})
+      vectors->resize(4 * coarse.matrix.size());
   }
   if (levels_.back().matrix.size() <= kCoarsest) coarsest_.emplace(levels_.back().matrix.size());
 }
@@ -83,7 +81,8 @@ bool Multigrid::takeMatrix(const StepMatrix& matrix) {
     largest = std::max(largest, d.xx + d.yy + d.zz);
   }
   // Floats end at 1e38.
-  const double scale = 1.0 / largest;
+  unit_ = largest;
+  const double scale = 1.0 / unit_;
   const auto take = [&](std::uint32_t row, std::uint32_t begin, std::uint32_t end) {
     for (std::uint32_t s = begin; s < end; ++s) {
       const SymmetricBlock& block = matrix.upper()[s];
@@ -129,74 +128,47 @@ bool Multigrid::prepare(const StepMatrix& matrix) {
   return true;
 }
 
-void Multigrid::cycle(std::size_t l) {
+void Multigrid::cycle(std::size_t l, const float* b, float* z, float* r) {
   Level& level = levels_[l];
   const bool last = l + 1 == levels_.size();
   if (last && coarsest_) {
-    coarsest_->solve(level.b.data(), level.z.data());
+    coarsest_->solve(b, z);
     return;
   }
   const RowHalves& halves = level.sweep.halves();
   const std::uint32_t parts = halves.parts();
-  float* const b = level.b.data();
-  float* const z = level.z.data();
-  float* const r = level.r.data();
   threads_.run(parts,
                [&](std::uint32_t part) { level.sweep.sweepDown(level.matrix, part, b, z, r); });
   level.sweep.couple(level.matrix, z, r);
-  if (!last) {
+  if (last) {
+    std::copy(b, b + 4 * level.matrix.size(), r);
+  } else {
     Level& coarse = levels_[l + 1];
     const std::uint32_t half = parts == 1 ? coarse.matrix.size() : coarse.matrix.size() / 2;
     threads_.run(parts, [&](std::uint32_t part) {
       gather(level.restriction, r, part * half, part + 1 == parts ? coarse.matrix.size() : half,
              coarse.b.data());
     });
-    cycle(l + 1);
-  }
-  if (last) {
-    level.r = level.b;
-  } else {
+    cycle(l + 1, coarse.b.data(), coarse.z.data(), coarse.r.data());
     threads_.run(parts, [&](std::uint32_t part) {
-      correct(level.interpolation, levels_[l + 1].z.data(), halves.begin(part), halves.end(part), b,
-              z, r);
+      correct(level.interpolation, coarse.z.data(), halves.begin(part), halves.end(part), b, z, r);
     });
   }
   level.sweep.couple(level.matrix, z, r);
   threads_.run(parts, [&](std::uint32_t part) { level.sweep.sweepUp(level.matrix, part, r, z); });
 }
 
-double Multigrid::apply(const Vectors& r, Vectors& z) {
-  Level& finest = levels_.front();
-  const RowHalves& halves = finest.sweep.halves();
-  const auto inHalves = [&](const auto& work) {
-    threads_.run(halves.parts(),
-                 [&](std::uint32_t part) { work(part, halves.begin(part), halves.end(part)); });
-  };
-  // Residuals of any size fit into floats once they are scaled.
-  double sizes[2] = {0.0, 0.0};
-  inHalves([&](std::uint32_t part, Eigen::Index begin, Eigen::Index end) {
-    sizes[part] = r.middleCols(begin, end - begin).cwiseAbs().maxCoeff();
-  });
-  const double size = std::max(sizes[0], sizes[1]);
-  const double scale = size > 0.0 ? 1.0 / size : 1.0;
-  inHalves([&](std::uint32_t, Eigen::Index begin, Eigen::Index end) {
-    for (Eigen::Index i = begin; i < end; ++i) {
-      for (int k = 0; k < 3; ++k) finest.b[4 * i + k] = static_cast<float>(scale * r(k, i));
-    }
-  });
-  cycle(0);
-  double products[2] = {0.0, 0.0};
-  inHalves([&](std::uint32_t part, Eigen::Index begin, Eigen::Index end) {
-    double product = 0.0;
-    for (Eigen::Index i = begin; i < end; ++i) {
-      for (int k = 0; k < 3; ++k) {
-        z(k, i) = finest.z[4 * i + k];
-        product += r(k, i) * z(k, i);
-      }
-    }
-    products[part] = product;
-  });
-  return products[0] + products[1];
+void Multigrid::apply(const FloatVectors& r, FloatVectors& z, FloatVectors& work) {
+  cycle(0, r.data(), z.data(), work.data());
+}
+
+double Multigrid::multiply(const FloatVectors& p, FloatVectors& q) const {
+  const LevelMatrix& finest = levels_.front().matrix;
+  const BlockSweep& sweep = levels_.front().sweep;
+  threads_.run(sweep.halves().parts(),
+               [&](std::uint32_t part) { sweep.multiply(finest, part, p.data(), q.data()); });
+  sweep.multiplyCoupled(finest, p.data(), q.data());
+  return unit_;
 }
 
 }  // namespace mass_spring

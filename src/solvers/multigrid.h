@@ -14,7 +14,6 @@ namespace mass_spring {
 
 /// One V-cycle of multigrid as a preconditioner: on every level a sweep of block Gauss-Seidel, the
 /// correction by the next coarser level, and the sweep backwards, which makes the whole symmetric.
-/// In floats: a preconditioner need not be exact, and half the bytes stream in half the time.
 /// (Tamstorf, Jones, McCormick 2015 use smoothed aggregation for cloth; particles that know their
 /// places at rest can have linear interpolation, which costs less per cycle.)
 class Multigrid : public Preconditioner {
@@ -22,26 +21,31 @@ class Multigrid : public Preconditioner {
   explicit Multigrid(const Model& model);
 
   bool prepare(const StepMatrix& matrix) override;
-  double apply(const Vectors& r, Vectors& z) override;
+  void apply(const FloatVectors& r, FloatVectors& z, FloatVectors& work) override;
+  bool multiplies() const override { return true; }
+  double multiply(const FloatVectors& p, FloatVectors& q) const override;
 
   std::size_t levels() const { return levels_.size(); }
 
  private:
   struct Level {
-    explicit Level(BlockRows rows);
+    explicit Level(BlockRows block_rows);
     LevelMatrix matrix;
     BlockSweep sweep;
-    std::vector<float> b, z, r;  // four per particle
+    // Right-hand side, solution, residual: four floats per particle. The finest level is given
+    // those of the iterations.
+    std::vector<float> b, z, r;
     // To the next coarser level, if there is one:
     Interpolation interpolation, restriction;
     std::optional<GalerkinProduct> product;
   };
   bool takeMatrix(const StepMatrix& matrix);
-  /// z = (approximately) A^-1 b on a level.
-  void cycle(std::size_t level);
+  /// z = (approximately) A^-1 b on a level; r is used up.
+  void cycle(std::size_t level, const float* b, float* z, float* r);
 
   ThreadPool& threads_;
   std::vector<SymmetricBlock> row_sums_;
+  double unit_ = 1.0;         // of the levels' matrices
   std::deque<Level> levels_;  // finest first
   std::optional<DenseCholesky> coarsest_;
 };
