@@ -113,8 +113,10 @@ void Rosenbrock::solve(const Drive& drive, Vectors& u, SubstepReport& report) {
       change_.col(i) = u.col(i);
     }
   }
-  system_.multiply(still_, product_);
-  right_side_ -= product_;
+  if (!still_.isZero(0.0)) {
+    system_.multiply(still_, product_);
+    right_side_ -= product_;
+  }
   clearPinned(drive, right_side_);
   system_.decouple(drive.pinned);
   const LinearSystem::Result result =
