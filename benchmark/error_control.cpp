@@ -14,8 +14,8 @@
 
 #include "contender.h"
 #include "mass_spring_sim/simulation.h"
-#include "reference.h"
 #include "scheme_choice.h"
+#include "tools/reference.h"
 #include "varied_scenes.h"
 
 namespace mass_spring {
@@ -64,7 +64,8 @@ Run run(const Scene& scene, const Reference& reference, double patience) {
     one.substeps =
         static_cast<int>(one.totals.substeps / std::max<std::uint64_t>(one.totals.steps, 1));
     one.error = failed ? INFINITY
-                       : reference.distance(simulation.state().positions, reference.frames.back());
+                       : reference.distance(simulation.state().positions,
+                                            reference.frames.back().positions);
     if (repeat == 0 || one.seconds < best.seconds) best = one;
     spent += one.seconds;
     if (failed || spent > 0.3) break;
@@ -133,6 +134,17 @@ Run controlled(Scene scene, Scheme scheme, const Reference& reference) {
   return run(scene, reference, INFINITY);
 }
 
+/// Up to the horizon of predictability of a tenth of the accuracy.
+Reference referenceOf(const VariedScene& varied) {
+  ReferenceOptions options;
+  options.duration = varied.duration;
+  options.frame_rate = varied.scene.rate;
+  options.doubt = INFINITY;
+  Reference reference = findReference(varied.scene, options);
+  reference.frames.resize(reference.horizon(0.1 * kAccuracy));
+  return reference;
+}
+
 void studyAccuracy(const std::vector<VariedScene>& scenes) {
   std::puts(
       "| scene | until, s | reference, mm | `auto`, sub-steps, error, time | cheapest fixed "
@@ -143,7 +155,7 @@ void studyAccuracy(const std::vector<VariedScene>& scenes) {
   Tally automatic;
   std::vector<Tally> tallies(own.size());
   for (const VariedScene& varied : scenes) {
-    const Reference reference = findReference(varied.scene, varied.duration, 0.1 * kAccuracy);
+    const Reference reference = referenceOf(varied);
     const Run chosen = controlled(varied.scene, Scheme::kAuto, reference);
     std::vector<Run> runs, fixed;
     for (const Scheme scheme : own) {
@@ -161,9 +173,9 @@ void studyAccuracy(const std::vector<VariedScene>& scenes) {
     automatic.add(chosen, cheapest);
     std::printf("| %s | %.2f%s | %.0e | %s | %s | %.2f |", varied.name.c_str(),
                 static_cast<double>(reference.frames.size()) / varied.scene.rate,
-                reference.whole ? "" : " (horizon)", 1e3 * reference.difference,
-                describe(chosen).c_str(), describe(cheapest).c_str(),
-                chosen.seconds / cheapest.seconds);
+                reference.frames.size() == reference.spread.size() ? "" : " (horizon)",
+                1e3 * reference.largestDoubt(reference.frames.size()), describe(chosen).c_str(),
+                describe(cheapest).c_str(), chosen.seconds / cheapest.seconds);
     for (std::size_t i = 0; i < own.size(); ++i) {
       tallies[i].add(runs[i], fixed[i]);
       std::printf(" %.2f mm, %.3g ms | %.2f |", 1e3 * runs[i].error, 1e3 * runs[i].seconds,

@@ -1,6 +1,7 @@
 #include "mass_spring_sim/scheme.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace mass_spring {
 
@@ -55,6 +56,20 @@ std::optional<LinearSolver> linearSolverFromName(const std::string& name) {
   const auto found = std::find(names.begin(), names.end(), name);
   if (found == names.end()) return std::nullopt;
   return static_cast<LinearSolver>(found - names.begin());
+}
+
+std::optional<double> controlledAccuracy(const SolverOptions& options) {
+  if (!options.accuracy || options.calibration.empty()) return options.accuracy;
+  const std::vector<CalibrationPoint>& points = options.calibration;
+  const double wanted = *options.accuracy;
+  for (std::size_t i = points.size(); i-- > 0;) {
+    if (points[i].error > wanted) continue;
+    if (i + 1 == points.size()) return points[i].accuracy;
+    const CalibrationPoint &fine = points[i], &coarse = points[i + 1];
+    const double share = std::log(wanted / fine.error) / std::log(coarse.error / fine.error);
+    return fine.accuracy * std::pow(coarse.accuracy / fine.accuracy, share);
+  }
+  return points.front().accuracy * wanted / points.front().error;
 }
 
 }  // namespace mass_spring

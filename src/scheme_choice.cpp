@@ -72,6 +72,8 @@ double stableRk4Step(const SpectrumBounds& bounds) {
 
 SchemeChoice chooseScheme(const Scene& scene, const Model& model) {
   SchemeChoice choice{scene.solver, ""};
+  const std::optional<double> accuracy = controlledAccuracy(scene.solver);
+  choice.options.accuracy = accuracy;
   if (scene.solver.scheme != Scheme::kAuto) return choice;
   const SpectrumBounds bounds = boundSpectrum(model);
   const double h = 1.0 / scene.rate;
@@ -86,7 +88,7 @@ SchemeChoice chooseScheme(const Scene& scene, const Model& model) {
   const Cost four = {4.0 * kEvaluation.alone, 4.0 * kEvaluation.per_spring};
   std::vector<Candidate> candidates = {
       {Scheme::kTrBdf2, std::numeric_limits<double>::infinity(), kImplicitStep}};
-  if (scene.solver.accuracy) {
+  if (accuracy) {
     candidates.push_back({Scheme::kSymplecticEuler, stableVerletStep(bounds), kEvaluation});
     candidates.push_back({Scheme::kRk4, stableRk4Step(bounds), four});
   } else {
@@ -95,10 +97,10 @@ SchemeChoice chooseScheme(const Scene& scene, const Model& model) {
   for (Candidate& c : candidates) {
     c.substeps = std::max<double>(scene.solver.substeps, std::ceil(h / c.stable));
     double taken = c.substeps;
-    if (scene.solver.accuracy) {
+    if (accuracy) {
       const double order = c.scheme == Scheme::kRk4 ? 4.0 : 2.0;
       const double error = c.scheme == Scheme::kTrBdf2 ? kImplicitError : kExplicitError;
-      taken = std::max(taken, 60.0 * h * std::pow(error / *scene.solver.accuracy, 1.0 / order));
+      taken = std::max(taken, 60.0 * h * std::pow(error / *accuracy, 1.0 / order));
     }
     c.total = taken * (c.cost.alone + c.cost.per_spring * springs);
   }
@@ -109,7 +111,7 @@ SchemeChoice chooseScheme(const Scene& scene, const Model& model) {
   }
   choice.options.scheme = best.scheme;
   // Verlet's own number follows the springs from step to step.
-  if (!scene.solver.accuracy || best.scheme == Scheme::kRk4) {
+  if (!accuracy || best.scheme == Scheme::kRk4) {
     choice.options.substeps = static_cast<int>(best.substeps);
   }
   std::ostringstream reason;

@@ -1,3 +1,4 @@
+#include "scene/file_path.h"
 #include "scene/mesh_file.h"
 
 #include <gtest/gtest.h>
@@ -121,9 +122,9 @@ TEST(MeshFile, RefusesFilesThatCannotBeRead) {
 }
 
 TEST(MeshFile, FindsFilesByPath) {
-  EXPECT_EQ(findMeshFile("/a/b.obj", ""), "/a/b.obj");
-  EXPECT_EQ(findMeshFile("b.obj", "/a"), "/a/b.obj");
-  EXPECT_THROW(findMeshFile("b.obj", ""), MeshError);
+  EXPECT_EQ(findFile("/a/b.obj", ""), "/a/b.obj");
+  EXPECT_EQ(findFile("b.obj", "/a"), "/a/b.obj");
+  EXPECT_THROW(findFile("b.obj", ""), PathError);
 }
 
 TEST(MeshFile, FindsFilesInPackages) {
@@ -133,22 +134,22 @@ TEST(MeshFile, FindsFilesInPackages) {
   folder.write("src/thing/package.xml", manifest);
   const std::string root = folder.path() + "/src/thing";
   // Above the scene, whatever the folder is called.
-  EXPECT_EQ(findMeshFile(uri, root + "/config/scenes"), root + "/meshes/b.obj");
-  EXPECT_THROW(findMeshFile(uri, ""), MeshError);
+  EXPECT_EQ(findFile(uri, root + "/config/scenes"), root + "/meshes/b.obj");
+  EXPECT_THROW(findFile(uri, ""), PathError);
   {
     const Variable variable("ROS_PACKAGE_PATH", "/nowhere:" + root);
-    EXPECT_EQ(findMeshFile(uri, ""), root + "/meshes/b.obj");
+    EXPECT_EQ(findFile(uri, ""), root + "/meshes/b.obj");
   }
   folder.write("ros/a_package/package.xml", manifest);
   {
     const Variable variable("ROS_PACKAGE_PATH", folder.path() + "/ros");
-    EXPECT_EQ(findMeshFile(uri, ""), folder.path() + "/ros/a_package/meshes/b.obj");
+    EXPECT_EQ(findFile(uri, ""), folder.path() + "/ros/a_package/meshes/b.obj");
   }
   folder.write("install/share/a_package/package.xml", manifest);
   const Variable variable("CMAKE_PREFIX_PATH", folder.path() + "/install");
-  EXPECT_EQ(findMeshFile(uri, ""), folder.path() + "/install/share/a_package/meshes/b.obj");
-  EXPECT_THROW(findMeshFile("package://b_package/b.obj", root), MeshError);
-  EXPECT_THROW(findMeshFile("package://a_package", root), MeshError);
+  EXPECT_EQ(findFile(uri, ""), folder.path() + "/install/share/a_package/meshes/b.obj");
+  EXPECT_THROW(findFile("package://b_package/b.obj", root), PathError);
+  EXPECT_THROW(findFile("package://a_package", root), PathError);
 }
 
 TEST(MeshFile, IsReadWithTheScene) {

@@ -53,6 +53,12 @@ const std::vector<std::string>& linearSolverNames();
 const std::string& name(LinearSolver solver);
 std::optional<LinearSolver> linearSolverFromName(const std::string& name);
 
+/// What solver.accuracy once gave on a scene.
+struct CalibrationPoint {
+  double accuracy;  ///< m, asked for, > 0
+  double error;     ///< m, RMS against a reference, > 0
+};
+
 struct SolverOptions {
   Scheme scheme = Scheme::kTrBdf2;
   int substeps = 1;                ///< equal sub-steps of each step, [1, 100000]
@@ -62,11 +68,19 @@ struct SolverOptions {
   /// m, > 0: sub-steps are chosen so that the estimated errors of one second add up to no more. For
   /// schemes with an estimate, and auto, which scene files mean where they name no scheme.
   std::optional<double> accuracy;
+  std::string calibration_file;  ///< as the scene names it; "" = none; only with an accuracy
+  /// Of the scheme, by accuracy_study: makes the accuracy that of the positions, on this scene.
+  std::vector<CalibrationPoint> calibration;  // by ascending accuracy
   /// s per step, > 0: as many sub-steps as that buys; not with an accuracy.
   std::optional<double> budget;
   double linear_tolerance = 1e-6;    ///< |b - A x| / |b|, (0, 1)
   int max_linear_iterations = 1000;  ///< [1, 1000000]
   int threads = 0;                   ///< at the most, [0, 256]; 0 = all cores; 2 is the most used
 };
+
+/// What the step control is given for an accuracy asked for [m]: that accuracy itself, or, with a
+/// calibration, the largest one whose error was no larger than it. Between two points errors are
+/// taken to grow as a power, below the smallest one in proportion; none above the largest is taken.
+std::optional<double> controlledAccuracy(const SolverOptions& options);
 
 }  // namespace mass_spring

@@ -25,11 +25,4 @@ class MeshError : public std::runtime_error {
 /// @throws MeshError
 MeshFile readMeshFile(const std::filesystem::path& path, std::size_t most_vertices);
 
-/// Where the file of a scene lies: package://PKG/..., an absolute path, or one relative to the
-/// directory of the scene ("" = there is none). A package is searched for without ROS, in this
-/// order: the folders above the directory and above the current folder, ROS_PACKAGE_PATH, share/ of
-/// CMAKE_PREFIX_PATH, /usr/share.
-/// @throws MeshError
-std::filesystem::path findMeshFile(const std::string& file, const std::string& directory);
-
 }  // namespace mass_spring

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "scene/file_path.h"
 #include "scene/mesh_file.h"
 
 namespace mass_spring {
@@ -75,10 +76,10 @@ void readMesh(MapReader& keys, const std::string& directory, Mesh& mesh) {
   const Place file = keys.required("file");
   if (file.read(mesh.file, "a path to an OBJ file")) {
     try {
-      MeshFile content = readMeshFile(findMeshFile(mesh.file, directory), kMostParticles);
+      MeshFile content = readMeshFile(findFile(mesh.file, directory), kMostParticles);
       mesh.vertices = std::move(content.vertices);
       mesh.triangles = std::move(content.triangles);
-    } catch (const MeshError& error) {
+    } catch (const std::runtime_error& error) {  // MeshError, PathError
       file.refuse(error.what());
     }
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "scene/calibration_reader.h"
 #include "scene/object_reader.h"
 #include "scene/references.h"
 #include "scene/timeline_reader.h"
@@ -19,7 +20,7 @@ void readFrame(const Place& place, std::string& frame_id) {
   if (frame_id.empty() || frame_id[0] == '/' || blank) place.refuse(expected);
 }
 
-void readSolver(const Place& place, SolverOptions& solver) {
+void readSolver(const Place& place, const std::string& directory, SolverOptions& solver) {
   static const NumberRule kTolerance{"", 0.0, 1.0, true};
   MapReader keys(place, "a map of solver options");
   std::size_t index = 0;
@@ -42,6 +43,7 @@ void readSolver(const Place& place, SolverOptions& solver) {
     accuracy.refuse(
         "a scheme with an estimate of its error: symplectic_euler, rk4, tr_bdf2, ros3 or auto");
   }
+  readCalibration(keys.optional("calibration"), directory, solver);
   const Place budget = keys.optional("budget");
   if (budget.read(solver.budget, positive("s")) && solver.accuracy) {
     budget.refuse("either accuracy or budget");
@@ -86,7 +88,7 @@ Scene readScene(const Tree& tree, const std::string& directory) {
   keys.optional("rate").read(scene.rate, {"Hz", 1.0, 10000.0});
   keys.optional("real_time_factor").read(scene.real_time_factor, {"", 0.0, 100.0});
   keys.optional("start_paused").read(scene.start_paused);
-  readSolver(keys.optional("solver"), scene.solver);
+  readSolver(keys.optional("solver"), directory, scene.solver);
   ParticleCounts counts;
   scene.objects = readObjects(keys.required("objects"), directory, counts);
   const std::size_t problems_before = problems.count();

@@ -178,6 +178,7 @@ void writeSolver(Writer& yaml, const SolverOptions& solver) {
   yaml.add("linear_tolerance", solver.linear_tolerance);
   yaml.add("max_linear_iterations", solver.max_linear_iterations);
   yaml.add("accuracy", solver.accuracy);
+  if (!solver.calibration_file.empty()) yaml.add("calibration", solver.calibration_file);
   yaml.add("budget", solver.budget);
   yaml.add("threads", solver.threads);
   yaml.end();

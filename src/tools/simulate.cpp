@@ -94,7 +94,7 @@ void printSummary(const Simulation& simulation, const RunStatistics& statistics)
 
 int simulate(const SimulateOptions& options) {
   const Clock::time_point setup = Clock::now();
-  Scene scene = readScene(options);
+  Scene scene = readSceneWith(options.scene, options.assignments);
   if (options.duration == 0.0) return check(scene, options.scene);
   const std::uint64_t steps = stepCount(options.duration, scene.rate);
   Simulation simulation(std::move(scene));

@@ -89,10 +89,10 @@ SimulateOptions readSimulateOptions(int argc, const char* const* argv) {
   return options;
 }
 
-Scene readScene(const SimulateOptions& options) {
-  Tree tree = readYamlFile(options.scene);
-  for (const std::string& assignment : options.assignments) setPath(tree, assignment);
-  const std::string directory = std::filesystem::path(options.scene).parent_path().string();
+Scene readSceneWith(const std::string& file, const std::vector<std::string>& assignments) {
+  Tree tree = readYamlFile(file);
+  for (const std::string& assignment : assignments) setPath(tree, assignment);
+  const std::string directory = std::filesystem::path(file).parent_path().string();
   return readScene(tree, directory.empty() ? "." : directory);
 }
 

@@ -29,9 +29,9 @@ struct SimulateOptions {
 /// @throws ArgumentError  one line that names the argument
 SimulateOptions readSimulateOptions(int argc, const char* const* argv);
 
-/// The scene with the assignments made.
+/// The scene of a file with assignments PATH=VALUE made, in their order.
 /// @throws SceneError
-Scene readScene(const SimulateOptions& options);
+Scene readSceneWith(const std::string& file, const std::vector<std::string>& assignments);
 
 /// Whole steps that cover the duration; a rounding error of a product that should be an integer
 /// makes no step of its own.

@@ -1,10 +1,11 @@
+#include "scene/file_path.h"
+
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <optional>
 #include <sstream>
-
-#include "scene/mesh_file.h"
+#include <vector>
 
 namespace mass_spring {
 namespace {
@@ -57,20 +58,20 @@ std::vector<fs::path> candidates(const std::string& package, const std::string& 
 
 }  // namespace
 
-fs::path findMeshFile(const std::string& file, const std::string& directory) {
+fs::path findFile(const std::string& file, const std::string& directory) {
   if (file.compare(0, kScheme.size(), kScheme) == 0) {
     const std::size_t slash = file.find('/', kScheme.size());
-    if (slash == std::string::npos) throw MeshError("package://PACKAGE/PATH");
+    if (slash == std::string::npos) throw PathError("package://PACKAGE/PATH");
     const std::string package = file.substr(kScheme.size(), slash - kScheme.size());
     for (const fs::path& folder : candidates(package, directory)) {
       if (holdsPackage(folder, package)) return folder / file.substr(slash + 1);
     }
-    throw MeshError("a package in ROS_PACKAGE_PATH or above the scene; there is no '" + package +
+    throw PathError("a package in ROS_PACKAGE_PATH or above the scene; there is no '" + package +
                     "'");
   }
   const fs::path path(file);
   if (path.is_absolute()) return path;
-  if (directory.empty()) throw MeshError("package:// or an absolute path");
+  if (directory.empty()) throw PathError("package:// or an absolute path");
   return fs::path(directory) / path;
 }
 
