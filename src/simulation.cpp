@@ -2,12 +2,40 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "command_check.h"
 #include "loads.h"
 #include "stepper.h"
 
 namespace mass_spring {
+
+namespace {
+
+/// Nothing but colours, effects and the solver may differ.
+bool sameObjects(const Model& a, const Model& b) {
+  const auto object = [](const ModelObject& o) { return std::tie(o.name, o.particle_count); };
+  const auto spring = [](const Spring& s) {
+    return std::tie(s.i, s.j, s.rest_length, s.stiffness, s.damping, s.kind);
+  };
+  // Vectors of other lengths compare as different here; Eigen's would be an error.
+  const auto equal = [](const auto& left, const auto& right, const auto& key) {
+    return std::equal(left.begin(), left.end(), right.begin(), right.end(),
+                      [&](const auto& l, const auto& r) { return key(l) == key(r); });
+  };
+  return equal(a.objects, b.objects, object) && equal(a.springs, b.springs, spring) &&
+         a.triangles == b.triangles && a.masses == b.masses &&
+         a.start.positions == b.start.positions && a.start.velocities == b.start.velocities;
+}
+
+bool samePins(const std::vector<ScenePin>& a, const std::vector<ScenePin>& b) {
+  return std::equal(
+      a.begin(), a.end(), b.begin(), b.end(), [](const ScenePin& l, const ScenePin& r) {
+        return std::tie(l.name, l.object, l.particles) == std::tie(r.name, r.object, r.particles);
+      });
+}
+
+}  // namespace
 
 Simulation::Simulation(Scene scene)
     : scene_(std::move(scene)),
@@ -70,10 +98,8 @@ CommandResult Simulation::applyPin(const PinCommand& command) {
 }
 
 StepReport Simulation::step() {
-  // 1e-9 of a step: a time that is meant as a step boundary is one.
-  while (next_timed_command_ < scene_.timeline.size() &&
-         scene_.timeline[next_timed_command_].time * scene_.rate <=
-             static_cast<double>(state_.step) + 1e-9) {
+  timeline_steps_ = static_cast<double>(state_.step);
+  while (timelineDue(timeline_steps_)) {
     const Command& command = scene_.timeline[next_timed_command_++].command;
     const CommandResult result = apply(command);
     if (timeline_observer_) timeline_observer_(command, result);
@@ -87,10 +113,32 @@ StepReport Simulation::step() {
   return report;
 }
 
+bool Simulation::timelineDue(double steps) const {
+  // 1e-9 of a step: a time that is meant as a step boundary is one.
+  return next_timed_command_ < scene_.timeline.size() &&
+         scene_.timeline[next_timed_command_].time * scene_.rate <= steps + 1e-9;
+}
+
+bool Simulation::continueFrom(const Simulation& other) {
+  if (scene_.rate != other.scene_.rate || !samePins(scene_.pins, other.scene_.pins) ||
+      !sameObjects(model_, other.model_)) {
+    return false;
+  }
+  state_ = other.state_;
+  pins_ = other.pins_;
+  totals_ = other.totals_;
+  *loads_ = *other.loads_;
+  stepper_->restart();
+  timeline_steps_ = other.timeline_steps_;
+  for (next_timed_command_ = 0; timelineDue(timeline_steps_);) ++next_timed_command_;
+  return true;
+}
+
 void Simulation::reset() {
   state_ = model_.start;
   totals_ = StepTotals();
   next_timed_command_ = 0;
+  timeline_steps_ = -1.0;
   stepper_->restart();
   clearForces();
   restorePins();

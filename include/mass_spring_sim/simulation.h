@@ -47,6 +47,12 @@ class Simulation {
   /// Applies what the timeline has due, then advances by 1 / rate.
   StepReport step();
 
+  /// Takes up where another simulation stands: state, pins, forces, totals; of the timeline, what
+  /// lies ahead. Solver, effects and limits stay those of this scene.
+  /// @return false, and nothing is done, if the two differ in rate, pins of the scene, particles at
+  ///         the start, springs or triangles
+  bool continueFrom(const Simulation& other);
+
   /// Back to the start: state, pins of the scene, timeline; forces cleared, totals zero.
   void reset();
   void clearForces();
@@ -56,6 +62,8 @@ class Simulation {
   CommandResult applyForce(const ForceCommand& command);
   CommandResult applyPin(const PinCommand& command);
   void restorePins();
+  /// Is the next command of the timeline due when so many steps are done?
+  bool timelineDue(double steps) const;
 
   Scene scene_;
   Model model_;
@@ -65,6 +73,7 @@ class Simulation {
   std::unique_ptr<Loads> loads_;
   std::unique_ptr<Stepper> stepper_;
   std::size_t next_timed_command_ = 0;
+  double timeline_steps_ = -1.0;  // what was due after so many steps is applied
   TimelineObserver timeline_observer_;
 };
 

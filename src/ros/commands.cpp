@@ -10,8 +10,6 @@ namespace mass_spring {
 
 namespace {
 
-const std::string kTimeline = "timeline";
-
 // roscpp drops the oldest message of a full queue without a word. Its queue is therefore without
 // bound, and that of the loop refuses what is too much.
 constexpr std::uint32_t kUnbounded = 0;
@@ -32,26 +30,14 @@ mass_spring_sim::AppliedCommand received(const mass_spring_sim::PinCommand& mess
 
 }  // namespace
 
-Commands::Commands(ros::NodeHandle nh, Simulation& simulation, PhysicsLoop& loop,
+Commands::Commands(ros::NodeHandle nh, std::string frame_id, PhysicsLoop& loop,
                    Publishers& publishers)
-    : frame_id_(simulation.scene().frame_id),
+    : frame_id_(std::move(frame_id)),
       loop_(loop),
       publishers_(publishers),
       listener_(buffer_),
       force_(nh.subscribe(topics::kForce, kUnbounded, &Commands::onForce, this)),
-      pin_(nh.subscribe(topics::kPin, kUnbounded, &Commands::onPin, this)) {
-  simulation.observeTimeline(
-      [&simulation, &publishers](const Command& command, const CommandResult& result) {
-        if (!result.accepted()) {
-          publishers.rejected(kTimeline, kTimeline, result);
-          return;
-        }
-        mass_spring_sim::AppliedCommand message = toMessage(command);
-        message.sender = kTimeline;
-        message.step = simulation.state().step + 1;
-        publishers.applied(std::move(message));
-      });
-}
+      pin_(nh.subscribe(topics::kPin, kUnbounded, &Commands::onPin, this)) {}
 
 void Commands::onForce(const ros::MessageEvent<const mass_spring_sim::ForceCommand>& event) {
   receive<ForceCommand>(event, force_.getTopic());

@@ -9,18 +9,19 @@
 #include <string>
 
 #include "conversions.h"
-#include "mass_spring_sim/simulation.h"
 #include "physics_loop.h"
 #include "publishers.h"
 
 namespace mass_spring {
 
 /// Takes commands from ~force and ~pin to the physics loop and says on ~applied and ~rejected what
-/// became of them, and of those of the timeline.
+/// became of them.
 class Commands {
  public:
-  /// @param nh  private node handle, whose queue has one thread, so that commands keep their order
-  Commands(ros::NodeHandle nh, Simulation& simulation, PhysicsLoop& loop, Publishers& publishers);
+  /// @param nh        private node handle, whose queue has one thread, so that commands keep their
+  ///                  order
+  /// @param frame_id  the scene's
+  Commands(ros::NodeHandle nh, std::string frame_id, PhysicsLoop& loop, Publishers& publishers);
 
  private:
   void onForce(const ros::MessageEvent<const mass_spring_sim::ForceCommand>& event);
@@ -29,7 +30,7 @@ class Commands {
   void receive(const ros::MessageEvent<const Message>& event, const std::string& topic);
   Eigen::Isometry3d frame(const std::string& frame_id) const;
 
-  const std::string frame_id_;  ///< the scene's
+  const std::string frame_id_;
   PhysicsLoop& loop_;
   Publishers& publishers_;
   tf2_ros::Buffer buffer_;

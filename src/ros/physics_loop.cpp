@@ -1,8 +1,9 @@
 #include "physics_loop.h"
 
 #include <algorithm>
-#include <memory>
 #include <utility>
+
+#include "conversions.h"
 
 namespace mass_spring {
 
@@ -16,19 +17,19 @@ constexpr int kMaxCatchUp = 5;
 // How long the loop sleeps at most, so that /clock is repeated.
 constexpr std::chrono::milliseconds kMaxSleep(100);
 
+const std::string kTimeline = "timeline";
+
 }  // namespace
 
-PhysicsLoop::PhysicsLoop(Simulation& simulation, Clock& clock, Publishers& publishers)
-    : simulation_(simulation),
-      clock_(clock),
+PhysicsLoop::PhysicsLoop(std::shared_ptr<Simulation> simulation, Clock& clock,
+                         Publishers& publishers)
+    : clock_(clock),
       publishers_(publishers),
-      factor_(simulation.scene().real_time_factor),
-      period_(factor_ == 0.0 ? Steady::duration::zero()
-                             : std::chrono::duration_cast<Steady::duration>(
-                                   Seconds(simulation.stepSize() / factor_))),
-      paused_(simulation.scene().start_paused),
-      meter_(simulation.stepSize()),
-      ended_(ended_promise_.get_future()) {}
+      paused_(simulation->scene().start_paused),
+      meter_(simulation->stepSize()),
+      ended_(ended_promise_.get_future()) {
+  take(std::move(simulation));
+}
 
 PhysicsLoop::~PhysicsLoop() {
   queue_.close();
@@ -51,9 +52,9 @@ bool PhysicsLoop::stop(std::chrono::milliseconds patience) {
 
 bool PhysicsLoop::offer(Command command, Answer answer) {
   return queue_.offer([this, command = std::move(command), answer = std::move(answer)] {
-    const CommandResult result = simulation_.apply(command);
+    const CommandResult result = simulation_->apply(command);
     if (result.accepted()) redraw_ = true;
-    answer(result, simulation_.state().step + 1);
+    answer(result, simulation_->state().step + 1);
   });
 }
 
@@ -94,25 +95,41 @@ std::future<bool> PhysicsLoop::setPaused(bool paused) {
 std::future<void> PhysicsLoop::reset() {
   return ask([this] {
     finishRequest(false, "interrupted by a reset");
-    simulation_.reset();
-    clock_.restart();
-    synchronise();
+    simulation_->reset();
+    startOver();
     publishers_.started();
+  });
+}
+
+std::future<PhysicsLoop::Replacement> PhysicsLoop::replace(std::shared_ptr<Simulation> simulation) {
+  return ask([this, simulation = std::move(simulation)]() mutable {
+    Replacement done{simulation->continueFrom(*simulation_), simulation_};
+    if (!done.continued) finishRequest(false, "interrupted by a reload");
+    take(std::move(simulation));
+    if (done.continued) {
+      // The period may have become shorter.
+      deadline_ = std::min(deadline_, Steady::now() + period_);
+    } else {
+      meter_ = StepMeter(simulation_->stepSize());
+      startOver();
+    }
+    publishers_.replaced(simulation_, done.continued);
+    return done;
   });
 }
 
 std::future<std::uint32_t> PhysicsLoop::clearForces() {
   return ask([this] {
-    const std::uint32_t count = simulation_.activeForces();
-    simulation_.clearForces();
+    const std::uint32_t count = simulation_->activeForces();
+    simulation_->clearForces();
     return count;
   });
 }
 
 std::future<std::uint32_t> PhysicsLoop::clearPins() {
   return ask([this] {
-    const auto count = static_cast<std::uint32_t>(simulation_.pins().all().size());
-    simulation_.clearPins();
+    const auto count = static_cast<std::uint32_t>(simulation_->pins().all().size());
+    simulation_->clearPins();
     redraw_ = true;
     return count;
   });
@@ -120,6 +137,33 @@ std::future<std::uint32_t> PhysicsLoop::clearPins() {
 
 void PhysicsLoop::redraw() {
   queue_.post([this] { publishers_.redraw(true); });
+}
+
+void PhysicsLoop::take(std::shared_ptr<Simulation> simulation) {
+  simulation_ = std::move(simulation);
+  simulation_->observeTimeline(
+      [this](const Command& command, const CommandResult& result) { onTimeline(command, result); });
+  const double factor = simulation_->scene().real_time_factor;
+  period_ =
+      factor == 0.0
+          ? Steady::duration::zero()
+          : std::chrono::duration_cast<Steady::duration>(Seconds(simulation_->stepSize() / factor));
+}
+
+void PhysicsLoop::onTimeline(const Command& command, const CommandResult& result) {
+  if (!result.accepted()) {
+    publishers_.rejected(kTimeline, kTimeline, result);
+    return;
+  }
+  mass_spring_sim::AppliedCommand message = toMessage(command);
+  message.sender = kTimeline;
+  message.step = simulation_->state().step + 1;
+  publishers_.applied(std::move(message));
+}
+
+void PhysicsLoop::startOver() {
+  clock_.restart();
+  synchronise();
 }
 
 void PhysicsLoop::run() {
@@ -144,19 +188,19 @@ bool PhysicsLoop::stepDue() const {
 
 void PhysicsLoop::advance() {
   const Steady::time_point begin = Steady::now();
-  const StepReport report = simulation_.step();
+  const StepReport report = simulation_->step();
   const Steady::time_point end = Steady::now();
   if (report.status == StepStatus::kFailed) {
-    ROS_ERROR_STREAM("The simulation is paused, as step " << simulation_.state().step + 1
+    ROS_ERROR_STREAM("The simulation is paused, as step " << simulation_->state().step + 1
                                                           << " failed: " << report.message);
     if (!paused_) changePaused(true);
     finishRequest(false, report.message);
     return;
   }
   if (report.status == StepStatus::kDegraded && degraded_throttle_.ready()) {
-    ROS_WARN_STREAM("Step " << simulation_.state().step << ": " << report.message);
+    ROS_WARN_STREAM("Step " << simulation_->state().step << ": " << report.message);
   }
-  clock_.advance(simulation_.state().time);
+  clock_.advance(simulation_->state().time);
   meter_.add(end, Seconds(end - begin).count());
   if (period_ > Steady::duration::zero() && end - begin > period_) ++overruns_;
   deadline_ = std::max(deadline_ + period_, end - kMaxCatchUp * period_);
@@ -186,7 +230,7 @@ void PhysicsLoop::finishRequest(bool success, const std::string& message) {
   const std::string progress = " (" + std::to_string(request_->done) + " of " +
                                std::to_string(request_->steps) + " steps done)";
   request_->outcome.set_value({success, success ? message : message + progress,
-                               simulation_.state().step, simulation_.state().time});
+                               simulation_->state().step, simulation_->state().time});
   request_.reset();
   redraw_ = true;
 }

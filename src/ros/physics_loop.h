@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <future>
+#include <memory>
 #include <optional>
 #include <string>
 #include <thread>
@@ -19,10 +20,11 @@ namespace mass_spring {
 
 /// Steps a simulation on a thread of its own, paced by the steady clock: ros::Timer and ros::Rate
 /// would wait for the very /clock that the steps make. Between two steps, what other threads have
-/// asked for is done in order of arrival, and at once while no step is due.
+/// asked for is done in order of arrival, and at once while no step is due. Says on ~applied and
+/// ~rejected what became of commands of the timeline.
 class PhysicsLoop {
  public:
-  PhysicsLoop(Simulation& simulation, Clock& clock, Publishers& publishers);
+  PhysicsLoop(std::shared_ptr<Simulation> simulation, Clock& clock, Publishers& publishers);
   /// Waits for the step at hand.
   ~PhysicsLoop();
 
@@ -49,6 +51,14 @@ class PhysicsLoop {
   /// @return whether that was a change
   std::future<bool> setPaused(bool paused);
   std::future<void> reset();
+  struct Replacement {
+    bool
+        continued;  ///< the new simulation goes on where the old one stood, else it is at its start
+    /// For the caller to let go of, as it may take longer than a step to free.
+    std::shared_ptr<const Simulation> old;
+  };
+  /// Steps another simulation from now on. Whether that is paused does not change.
+  std::future<Replacement> replace(std::shared_ptr<Simulation> simulation);
   /// @return how many there were
   std::future<std::uint32_t> clearForces();
   std::future<std::uint32_t> clearPins();
@@ -66,6 +76,10 @@ class PhysicsLoop {
   template <class Function>
   auto ask(Function function) -> std::future<decltype(function())>;
   void run();
+  void take(std::shared_ptr<Simulation> simulation);
+  void onTimeline(const Command& command, const CommandResult& result);
+  /// Simulated time begins anew.
+  void startOver();
   bool stepDue() const;
   void advance();
   /// From now on in step with wall time.
@@ -73,14 +87,13 @@ class PhysicsLoop {
   void changePaused(bool paused);
   void finishRequest(bool success, const std::string& message);
 
-  Simulation& simulation_;
   Clock& clock_;
   Publishers& publishers_;
-  const double factor_;            ///< real-time factor; 0 = not paced
-  const Steady::duration period_;  ///< wall time per step; 0 = not paced
   CommandQueue queue_;
 
   // Of the thread that steps.
+  std::shared_ptr<Simulation> simulation_;
+  Steady::duration period_;  ///< wall time per step; 0 = not paced
   bool paused_;
   bool redraw_ = false;  ///< what viewers see is out of date
   std::optional<StepRequest> request_;

@@ -37,20 +37,20 @@ double markersPerWallSecond(const Scene& scene) {
 }  // namespace
 
 struct Publishers::Snapshot {
+  std::shared_ptr<const Simulation> simulation;  ///< whose scene and model are constant
   ros::Time stamp;
   State state;
   std::vector<char> pinned;            ///< per particle
   mass_spring_sim::SolverStats stats;  ///< but for energies and what is measured on the state
 };
 
-Publishers::Publishers(ros::NodeHandle& nh, const Simulation& simulation, const Clock& clock,
-                       std::function<void()> on_viewer)
-    : simulation_(simulation),
+Publishers::Publishers(ros::NodeHandle& nh, std::shared_ptr<const Simulation> simulation,
+                       const Clock& clock, std::function<void()> on_viewer)
+    : frame_id_(simulation->scene().frame_id),
       clock_(clock),
-      markers_(simulation.model(), simulation.scene().frame_id,
-               markersPerWallSecond(simulation.scene())),
-      thread_(maxStates(simulation.model().particleCount())) {
-  const std::size_t max_states = maxStates(simulation.model().particleCount());
+      simulation_(std::move(simulation)),
+      thread_(maxStates(simulation_->model().particleCount())) {
+  const std::size_t max_states = maxStates(simulation_->model().particleCount());
   markers_publisher_ = nh.advertise<visualization_msgs::MarkerArray>(
       topics::kMarkers, 1, [on_viewer](const ros::SingleSubscriberPublisher&) { on_viewer(); });
   state_publisher_ = nh.advertise<mass_spring_sim::ParticleStates>(topics::kState, max_states);
@@ -60,27 +60,31 @@ Publishers::Publishers(ros::NodeHandle& nh, const Simulation& simulation, const 
   rejected_publisher_ = nh.advertise<mass_spring_sim::RejectedCommand>(topics::kRejected, 10000);
   paused_publisher_ = nh.advertise<std_msgs::Bool>(topics::kPaused, 10, true);
   scene_publisher_ = nh.advertise<std_msgs::String>(topics::kScene, 1, true);
-  std_msgs::String scene;
-  scene.data = toYaml(simulation.scene());
-  scene_publisher_.publish(scene);
+  publishScene();
 }
 
 void Publishers::started() {
-  const ros::Time stamp = clock_.stamp();
-  thread_.post(PublishingThread::kEvents, [this, stamp] {
-    mass_spring_sim::Topology topology = toMessage(simulation_.model());
-    topology.header = header(stamp);
-    topology_publisher_.publish(topology);
-  });
-  if (simulation_.scene().publish.state > 0.0 && state_publisher_.getNumSubscribers() > 0) {
+  publishTopology();
+  if (simulation_->scene().publish.state > 0.0 && state_publisher_.getNumSubscribers() > 0) {
     thread_.post(PublishingThread::kState, [this, s = snapshot()] { publishState(*s); });
   }
   redraw(true);
 }
 
+void Publishers::replaced(std::shared_ptr<const Simulation> simulation, bool continued) {
+  simulation_ = std::move(simulation);
+  publishScene();
+  if (!continued) {
+    started();
+    return;
+  }
+  publishTopology();
+  redraw(true);
+}
+
 void Publishers::stepped(const StepReport& report, const StepMeter::Figures& figures,
                          std::uint64_t overruns) {
-  const PublishRates& rates = simulation_.scene().publish;
+  const PublishRates& rates = simulation_->scene().publish;
   const bool state = due(rates.state) && state_publisher_.getNumSubscribers() > 0;
   const bool stats = due(rates.stats) && stats_publisher_.getNumSubscribers() > 0;
   const auto now = std::chrono::steady_clock::now();
@@ -103,10 +107,10 @@ void Publishers::stepped(const StepReport& report, const StepMeter::Figures& fig
     message.residual = report.residual;
     message.estimated_error = report.estimated_error;
     message.budget_used = report.budget_used;
-    message.unconverged_steps = simulation_.totals().unconverged_steps;
-    message.rejected_steps = simulation_.totals().rejected_steps;
-    message.active_forces = simulation_.activeForces();
-    message.pins = static_cast<std::uint32_t>(simulation_.pins().all().size());
+    message.unconverged_steps = simulation_->totals().unconverged_steps;
+    message.rejected_steps = simulation_->totals().rejected_steps;
+    message.active_forces = simulation_->activeForces();
+    message.pins = static_cast<std::uint32_t>(simulation_->pins().all().size());
     message.rejected_commands = rejected_commands_;
     thread_.post(PublishingThread::kStats, [this, s] { publishStats(*s); });
   }
@@ -125,7 +129,7 @@ void Publishers::paused(bool paused) {
 
 void Publishers::redraw(bool start_over) {
   if (start_over) start_over_ = true;
-  if (simulation_.scene().publish.markers == 0.0 || markers_publisher_.getNumSubscribers() == 0) {
+  if (simulation_->scene().publish.markers == 0.0 || markers_publisher_.getNumSubscribers() == 0) {
     return;
   }
   thread_.post(PublishingThread::kMarkers, [this, s = snapshot()] { publishMarkers(*s); });
@@ -157,24 +161,41 @@ void Publishers::rejected(const std::string& topic, const std::string& sender,
 
 std::shared_ptr<Publishers::Snapshot> Publishers::snapshot() const {
   auto snapshot = std::make_shared<Snapshot>();
+  snapshot->simulation = simulation_;
   snapshot->stamp = clock_.stamp();
-  snapshot->state = simulation_.state();
-  snapshot->pinned = simulation_.pins().mask();
+  snapshot->state = simulation_->state();
+  snapshot->pinned = simulation_->pins().mask();
   return snapshot;
 }
 
 /// Whole periods of simulated time are counted, so that no rate drifts and each step is due once
 /// where the rate is that of the steps.
 bool Publishers::due(double rate) const {
-  const double periods_per_step = rate / simulation_.scene().rate;
-  const double step = static_cast<double>(simulation_.state().step);
+  const double periods_per_step = rate / simulation_->scene().rate;
+  const double step = static_cast<double>(simulation_->state().step);
   return std::floor(step * periods_per_step) > std::floor((step - 1.0) * periods_per_step);
+}
+
+void Publishers::publishScene() {
+  thread_.post(PublishingThread::kEvents, [this, simulation = simulation_] {
+    std_msgs::String message;
+    message.data = toYaml(simulation->scene());
+    scene_publisher_.publish(message);
+  });
+}
+
+void Publishers::publishTopology() {
+  thread_.post(PublishingThread::kEvents, [this, simulation = simulation_, stamp = clock_.stamp()] {
+    mass_spring_sim::Topology message = toMessage(simulation->model());
+    message.header = header(stamp);
+    topology_publisher_.publish(message);
+  });
 }
 
 std_msgs::Header Publishers::header(const ros::Time& stamp) const {
   std_msgs::Header header;
   header.stamp = stamp;
-  header.frame_id = simulation_.scene().frame_id;
+  header.frame_id = frame_id_;
   return header;
 }
 
@@ -189,18 +210,26 @@ void Publishers::publishStats(const Snapshot& snapshot) {
   message.header = header(snapshot.stamp);
   message.step = snapshot.state.step;
   message.sim_time = snapshot.state.time;
-  const Energy energy = mass_spring::energy(simulation_.model(), snapshot.state);
+  const Model& model = snapshot.simulation->model();
+  const Energy energy = mass_spring::energy(model, snapshot.state);
   message.kinetic_energy = energy.kinetic;
   message.elastic_energy = energy.elastic;
   message.gravity_energy = energy.gravity;
   message.max_speed = maxSpeed(snapshot.state);
-  message.max_stretch = maxStretch(simulation_.model(), snapshot.state);
+  message.max_stretch = maxStretch(model, snapshot.state);
   stats_publisher_.publish(message);
 }
 
 void Publishers::publishMarkers(const Snapshot& snapshot) {
-  markers_publisher_.publish(markers_.draw(snapshot.state.positions, snapshot.pinned,
-                                           snapshot.stamp, start_over_.exchange(false)));
+  const Simulation& simulation = *snapshot.simulation;
+  bool start_over = start_over_.exchange(false);
+  if (drawn_.lock() != snapshot.simulation) {
+    drawn_ = snapshot.simulation;
+    markers_.emplace(simulation.model(), frame_id_, markersPerWallSecond(simulation.scene()));
+    start_over = true;  // a last drawing of another scene may have taken it
+  }
+  markers_publisher_.publish(
+      markers_->draw(snapshot.state.positions, snapshot.pinned, snapshot.stamp, start_over));
 }
 
 }  // namespace mass_spring

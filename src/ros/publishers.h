@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "clock.h"
@@ -25,13 +26,16 @@ class Publishers {
  public:
   /// @param nh         private node handle
   /// @param on_viewer  called, on another thread, when somebody subscribes to the markers
-  Publishers(ros::NodeHandle& nh, const Simulation& simulation, const Clock& clock,
+  Publishers(ros::NodeHandle& nh, std::shared_ptr<const Simulation> simulation, const Clock& clock,
              std::function<void()> on_viewer);
 
   // For the thread that steps, between steps.
 
   /// The simulation stands at its start: at first, and after a reset.
   void started();
+  /// Another simulation has taken over, of the same frame_id: where the old one stood, or at its
+  /// start.
+  void replaced(std::shared_ptr<const Simulation> simulation, bool continued);
   void stepped(const StepReport& report, const StepMeter::Figures& figures, std::uint64_t overruns);
   void paused(bool paused);
   /// Shows the simulation as it stands, to viewers that know nothing yet, or while no step does.
@@ -49,20 +53,29 @@ class Publishers {
   /// Of the simulation as it stands.
   std::shared_ptr<Snapshot> snapshot() const;
   bool due(double rate) const;
+  void publishScene();
+  void publishTopology();
   std_msgs::Header header(const ros::Time& stamp) const;
   void publishState(const Snapshot& snapshot);
   void publishStats(const Snapshot& snapshot);
   void publishMarkers(const Snapshot& snapshot);
 
-  const Simulation& simulation_;
+  const std::string frame_id_;
   const Clock& clock_;
   ros::Publisher markers_publisher_, state_publisher_, topology_publisher_, stats_publisher_,
       applied_publisher_, rejected_publisher_, paused_publisher_, scene_publisher_;
-  Markers markers_;
   std::atomic<bool> start_over_{false};  ///< the next markers begin with a DELETEALL
-  std::chrono::steady_clock::time_point next_markers_;
   std::atomic<std::uint64_t> rejected_commands_{0};
   Throttle rejected_throttle_;
+
+  // Of the thread that steps.
+  std::shared_ptr<const Simulation> simulation_;
+  std::chrono::steady_clock::time_point next_markers_;
+
+  // Of the thread that publishes.
+  std::weak_ptr<const Simulation> drawn_;  ///< by markers_; a replaced one is not kept for that
+  std::optional<Markers> markers_;
+
   PublishingThread thread_;  ///< last, so that it ends before what it uses
 };
 

@@ -6,6 +6,8 @@
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
+#include <string>
+
 #include "physics_loop.h"
 
 namespace mass_spring {
@@ -15,17 +17,22 @@ class Services {
  public:
   /// @param nh          private node handle, whose queue has a thread of its own
   /// @param step_queue  likewise, for ~step: a call of it may last and holds up no other service
-  Services(ros::NodeHandle nh, ros::CallbackQueue& step_queue, PhysicsLoop& loop);
+  /// @param frame_id    of the scene, which stays
+  Services(ros::NodeHandle nh, ros::CallbackQueue& step_queue, std::string frame_id,
+           PhysicsLoop& loop);
 
  private:
   bool setPaused(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
   bool step(mass_spring_sim::Step::Request& request, mass_spring_sim::Step::Response& response);
   bool reset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
+  bool reload(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool clearForces(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool clearPins(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
 
+  const ros::NodeHandle nh_;  ///< whose parameters are the scene
+  const std::string frame_id_;
   PhysicsLoop& loop_;
-  ros::ServiceServer set_paused_, step_, reset_, clear_forces_, clear_pins_;
+  ros::ServiceServer set_paused_, step_, reset_, reload_, clear_forces_, clear_pins_;
 };
 
 }  // namespace mass_spring

@@ -23,6 +23,7 @@ constexpr char kPin[] = "pin";
 constexpr char kSetPaused[] = "set_paused";
 constexpr char kStep[] = "step";
 constexpr char kReset[] = "reset";
+constexpr char kReload[] = "reload";
 constexpr char kClearForces[] = "clear_forces";
 constexpr char kClearPins[] = "clear_pins";
 

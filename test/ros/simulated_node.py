@@ -211,6 +211,11 @@ class SimulatedNode:
         return self.states.wait(lambda states: any(state.step == 0 for state in states[before:]),
                                 'the start is told')[-1]
 
+    def set_scene(self, scene):
+        """Puts another scene on the parameter server, of which nothing of the old one is left."""
+        rospy.delete_param(self.name)
+        rosparam.upload_params(self.name, scene)
+
     def wait_paused(self, paused):
         recorder = self.record('paused', Bool)
         recorder.wait(lambda messages: messages and messages[-1].data == paused,

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <ros/node_handle.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "mass_spring_sim/simulation.h"
+
+namespace mass_spring {
+
+/// The scene that the parameters of a node handle's namespace describe, ready to run. From any
+/// thread.
+/// @param problems  one per line of the answer to the user; filled if the scene is refused
+/// @return nullptr if it is refused
+std::shared_ptr<Simulation> loadSimulation(const ros::NodeHandle& nh,
+                                           std::vector<std::string>& problems);
+
+}  // namespace mass_spring
