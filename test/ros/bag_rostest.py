@@ -4,6 +4,7 @@
 import io
 import os
 import signal
+import struct
 import subprocess
 import tempfile
 
@@ -13,12 +14,19 @@ import rospy
 import rostest
 from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 
-from mass_spring_sim.msg import AppliedCommand, ForceCommand, ParticleStates, PinCommand
+from mass_spring_sim.msg import (AppliedCommand, ForceCommand, ParticleStates, PinCommand,
+                                 SolverStats)
 from simulated_node import DEADLINE, NodeTest, Recorder, feeds, motion, wait_until
 
 
 def start_rosbag(name, *arguments):
     return subprocess.Popen([roslib.packages.find_node('rosbag', name)[0]] + list(arguments))
+
+
+def plot_stats(*arguments):
+    script = roslib.packages.find_node('mass_spring_sim', 'plot_stats.py')[0]
+    return subprocess.run([script] + list(arguments), capture_output=True, timeout=DEADLINE,
+                          text=True)
 
 
 def wire_format(message):
@@ -35,12 +43,14 @@ class BagTest(NodeTest):
         self.file = os.path.join(folder.name, 'run.bag')
 
     def record_run(self):
-        """Records commands and 30 states; returns the node and its states."""
+        """Records commands and 30 steps; returns the node and its states."""
         node = self.start('hanging_cloth.yaml')
-        topics = [node.topic(name) for name in ('state', 'topology', 'applied', 'force', 'pin')]
+        stats = node.record('stats', SolverStats)
+        topics = [node.topic(name) for name in ('state', 'topology', 'stats', 'applied', 'force',
+                                                'pin')]
         recorder = start_rosbag('record', '-O', self.file, '__name:=recorder', *topics)
         self.addCleanup(recorder.kill)
-        wait_until(lambda: all(feeds(node.name, topic, '/recorder') for topic in topics[:3]),
+        wait_until(lambda: all(feeds(node.name, topic, '/recorder') for topic in topics[:4]),
                    'the recorder listens to the node')
         wait_until(lambda: node.command_listeners() == [2, 2],
                    'the recorder listens to the commands')
@@ -59,7 +69,9 @@ class BagTest(NodeTest):
 
         # What is on its way to the recorder when that is told to end is lost. So it must have
         # written all before; further steps push what it has out of its buffers.
-        expected = [wire_format(m) for m in commands + states + node.applied.messages]
+        # Of the statistics, those that came.
+        expected = [wire_format(m)
+                    for m in commands + states + node.applied.messages + stats.messages]
 
         def written():
             node.step(1)
@@ -111,6 +123,36 @@ class BagTest(NodeTest):
                 applied.force if applied.kind == AppliedCommand.FORCE else applied.pin))
         again += fresh.step(len(states) - len(again))
         self.assertEqual(motion(again), motion(states))
+
+    def assert_picture(self, file, plotted):
+        """Checks a PNG; returns of how many messages it was drawn."""
+        self.assertEqual(plotted.returncode, 0, plotted.stderr)
+        with open(file, 'rb') as png:
+            head = png.read(24)
+        self.assertEqual(head[:16], b'\x89PNG\r\n\x1a\n\0\0\0\rIHDR')
+        width, height = struct.unpack('>II', head[16:])
+        self.assertTrue(600 <= width <= 1200 and 600 <= height <= 1200, (width, height))
+        # White paper with five empty frames takes 25 kB.
+        self.assertGreater(os.path.getsize(file), 40000)
+        return int(plotted.stdout.split()[0])
+
+    def test_statistics_are_plotted_from_a_bag(self):
+        node, _ = self.record_run()
+        picture = self.file + '.png'
+        with rosbag.Bag(self.file) as bag:
+            count = bag.get_message_count(node.topic('stats'))
+        self.assertGreater(count, 0)
+        self.assertEqual(self.assert_picture(picture, plot_stats(
+            '--bag', self.file, '--node', node.name, '--output', picture)), count)
+        elsewhere = plot_stats('--bag', self.file, '--node', '/nobody', '--output', picture)
+        self.assertEqual(elsewhere.returncode, 1)
+        self.assertIn(node.topic('stats'), elsewhere.stderr)
+
+    def test_statistics_are_plotted_from_a_running_node(self):
+        node = self.start('hanging_cloth.yaml', {'start_paused': False})
+        picture = self.file + '.png'
+        self.assertGreater(self.assert_picture(picture, plot_stats(
+            '--node', node.name, '--seconds', '1.0', '--output', picture)), 0)
 
 
 if __name__ == '__main__':
