@@ -85,6 +85,7 @@ def draw(figure, messages):
     """Draws all panels anew. @param messages: at least one"""
     figure.clear()
     all_axes = figure.subplots(len(PANELS), sharex=True)
+    changes = scheme_changes(messages)
     start = messages[0].header.stamp
     times = [(message.header.stamp - start).to_sec() for message in messages]
     for axes, (title, scale, curves) in zip(all_axes, PANELS):
@@ -94,7 +95,7 @@ def draw(figure, messages):
             axes.plot(times, values, color=color, label=label, linewidth=1.2, marker='.',
                       markersize=2)
         if all(math.isnan(value) for value in values):
-            axes.text(0.5, 0.5, 'the scheme has no estimate', transform=axes.transAxes,
+            axes.text(0.5, 0.5, 'no estimate above zero', transform=axes.transAxes,
                       horizontalalignment='center')
             axes.set_yticks([])
         else:
@@ -103,9 +104,9 @@ def draw(figure, messages):
         axes.grid(True, color='0.9')
         if len(curves) > 1:
             axes.legend(loc='upper right', fontsize='x-small', ncol=len(curves))
-        for k, _ in scheme_changes(messages):
+        for k, _ in changes:
             axes.axvline(times[k], color='0.4', linestyle='--', linewidth=1.0)
-    for n, (k, scheme) in enumerate(scheme_changes(messages)):
+    for n, (k, scheme) in enumerate(changes):
         # In two rows, so that a long name does not cover the next one at once.
         all_axes[0].annotate(scheme, (times[k], 1.0), xycoords=('data', 'axes fraction'),
                              xytext=(0, 3 + 11 * (n % 2)), textcoords='offset points')

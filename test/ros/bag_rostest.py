@@ -6,6 +6,7 @@ import os
 import signal
 import struct
 import subprocess
+import sys
 import tempfile
 
 import rosbag
@@ -18,14 +19,15 @@ from mass_spring_sim.msg import (AppliedCommand, ForceCommand, ParticleStates, P
                                  SolverStats)
 from simulated_node import DEADLINE, NodeTest, Recorder, feeds, motion, wait_until
 
+PLOT_STATS = roslib.packages.find_node('mass_spring_sim', 'plot_stats.py')[0]
+
 
 def start_rosbag(name, *arguments):
     return subprocess.Popen([roslib.packages.find_node('rosbag', name)[0]] + list(arguments))
 
 
 def plot_stats(*arguments):
-    script = roslib.packages.find_node('mass_spring_sim', 'plot_stats.py')[0]
-    return subprocess.run([script] + list(arguments), capture_output=True, timeout=DEADLINE,
+    return subprocess.run([PLOT_STATS] + list(arguments), capture_output=True, timeout=DEADLINE,
                           text=True)
 
 
@@ -147,6 +149,13 @@ class BagTest(NodeTest):
         elsewhere = plot_stats('--bag', self.file, '--node', '/nobody', '--output', picture)
         self.assertEqual(elsewhere.returncode, 1)
         self.assertIn(node.topic('stats'), elsewhere.stderr)
+
+    def test_a_step_that_was_redone_is_no_switch_of_schemes(self):
+        sys.path.append(os.path.dirname(PLOT_STATS))
+        from plot_stats import scheme_changes
+        schemes = ['bdf2', 'bdf2', 'implicit_euler', 'bdf2', 'rk4', 'rk4', 'ros3', 'rk4', 'bdf2']
+        self.assertEqual(scheme_changes([SolverStats(scheme=scheme) for scheme in schemes]),
+                         [(0, 'bdf2'), (4, 'rk4')])
 
     def test_statistics_are_plotted_from_a_running_node(self):
         node = self.start('hanging_cloth.yaml', {'start_paused': False})
