@@ -11,6 +11,8 @@
 
 #include "mass_spring_sim/scene_reader.h"
 #include "process.h"
+#include "tools/closed_form.h"
+#include "tools/set_path.h"
 #include "tools/study_run.h"
 #include "tools/study_sweep.h"
 #include "tools/study_table.h"
@@ -199,6 +201,24 @@ TEST_F(AccuracyStudy, RefusesBadArguments) {
   EXPECT_FALSE(fs::exists(path("out")));
 }
 
+// The studies that the documentation shows are of this program: its columns, all of its schemes.
+TEST(StudyTable, ReadsTheStudiesOfTheDocumentation) {
+  const fs::path folder = fs::path(MASS_SPRING_SOURCE_DIR) / "docs" / "accuracy";
+  int studies = 0;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    if (!entry.is_directory()) continue;
+    ++studies;
+    std::ifstream file(entry.path() / "results.csv");
+    std::map<std::string, int> by_scheme;
+    for (const StudyRow& row : readStudyRows(file)) ++by_scheme[name(row.setting.scheme)];
+    for (const std::string& scheme : schemeNames()) {
+      EXPECT_GE(by_scheme[scheme], 2) << entry.path() << ": " << scheme;
+    }
+    EXPECT_TRUE(fs::exists(entry.path() / "work_precision.png")) << entry.path();
+  }
+  EXPECT_EQ(studies, 4);
+}
+
 TEST(StudyTable, ComesBackFromItsFile) {
   StudyRow row;
   row.setting = {Scheme::kTrBdf2, 240.0, 2, 1e-6, std::nullopt};
@@ -238,6 +258,43 @@ TEST(Reference, EndsItsHorizonWhereTwoStartsPart) {
   EXPECT_EQ(reference.horizon(1e-4), 2u);  // what falls again does not bring knowledge back
   EXPECT_EQ(reference.horizon(1.0), 5u);
   EXPECT_EQ(reference.horizon(1e-10), 0u);
+}
+
+// Three particles on their own: one on a damped spring, one overdamped and thrown, one that falls.
+TEST(ClosedForm, AgreesWithRk4) {
+  constexpr const char* kScene = R"(
+rate: 50.0
+objects:
+  net:
+    type: particles
+    positions: [[0.0, 0.0, 1.0], [0.0, 0.0, 0.7], [1.0, 0.0, 1.0], [1.0, 0.0, 0.6], [2.0, 0.0, 0.0]]
+    velocities: [[0, 0, 0], [0, 0, 0.2], [0, 0, 0], [0, 0, -0.5], [1.0, 0.0, 2.0]]
+    masses: 0.1
+    springs: [[0, 1], [3, 2]]
+    stiffness: 50.0
+    damping: [0.3, 9.0]
+    rest_lengths: 0.35
+pins: {nails: {object: net, particles: [0, 2]}}
+effects: {gravity: {acceleration: [0.0, 0.0, -9.81]}}
+)";
+  const Tree tree = readYamlText(kScene, "net");
+  ReferenceOptions options;
+  options.duration = 1.0;
+  options.frame_rate = 50.0;
+  const Reference reference = findReference(readScene(tree, ""), options);
+  ASSERT_TRUE(reference.exact);
+  ASSERT_EQ(reference.frames.size(), 50u);
+  // h = 1/2000 s at 22 rad/s, and 90 1/s: (h w)^4 = 1e-8 and 4e-6 of some centimetres, decaying.
+  EXPECT_LT(reference.largestDoubt(50), 1e-9);
+  EXPECT_GT(reference.distance(reference.frames[0].positions, reference.frames[9].positions), 0.01);
+  // Whatever couples particles, or acts across a spring, has none.
+  for (const char* change :
+       {"objects.net.springs=[[0, 1], [1, 3]]", "objects.net.springs=[[0, 1], [3, 4]]",
+        "effects.gravity.acceleration=[1.0, 0.0, -9.81]", "objects.net.rest_lengths=0.0"}) {
+    Tree other = tree;
+    setPath(other, change);
+    EXPECT_FALSE(closedForm(readScene(other, ""), {0.1})) << change;
+  }
 }
 
 // With a calibration, an accuracy is that of the positions against the reference.

@@ -1,10 +1,10 @@
-#include "scene/file_path.h"
 #include "scene/mesh_file.h"
 
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 
+#include "scene/file_path.h"
 #include "scene_text.h"
 
 namespace mass_spring {

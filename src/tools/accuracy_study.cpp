@@ -24,7 +24,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kReferenceShare = 0.3;  // of the time limit, after which it is not refined
-constexpr int kRuns = 3;                 // of one setting, for the median
 
 volatile std::sig_atomic_t g_signal = 0;
 
@@ -159,7 +158,7 @@ void sweep(const Study& study, const ResultsFile& results, std::vector<StudySeri
           all.begin(), all.end(), [](const StudySeries& one) { return one.end.empty(); }));
       const StudyRow* known = results.find(setting);
       const double share = 2.0 * progress.left() / going;
-      if (known == nullptr && !(kRuns * series.prediction() <= share)) {
+      if (known == nullptr && !(kStudyRuns * series.prediction() <= share)) {
         series.end = "would take longer than its share of --time-limit";
         continue;
       }

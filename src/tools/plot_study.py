@@ -96,13 +96,18 @@ def draw_work_precision(study, rows, folder):
             axes.plot([row['cost'] for row in line], [row['error'] for row in line],
                       linestyle=style, marker=marker, color=color, markersize=5, linewidth=1.2,
                       markeredgecolor='black', markeredgewidth=0.3, label=label(scheme, kind))
+            # Hollow: steps were redone another way.
+            hollow = [row for row in line if row['status'] == 'degraded']
+            axes.plot([row['cost'] for row in hollow], [row['error'] for row in hollow],
+                      linestyle='none', marker=marker, color='white', markersize=4,
+                      markeredgecolor=color, markeredgewidth=0.8)
     top = axes.get_ylim()[1]
     failures = [row for row in rows if not row['good']]
     for row in failures:
         axes.plot(max(row['cost'], 1e-6), 0.8 * top, marker='x', color=STYLES[row['scheme']][0],
                   markersize=6, linestyle='none')
     if failures:
-        axes.text(0.01, 0.02, 'x at the top: exploded, failed, refused or unfinished',
+        axes.text(0.01, 0.02, 'hollow: some steps degraded; x at the top: exploded, failed, refused or unfinished',
                   transform=axes.transAxes, fontsize=8)
     axes.set_title('What accuracy costs: %g s simulated, errors up to %g s'
                    % (study['duration'], study['compared_seconds']))

@@ -12,8 +12,9 @@ namespace mass_spring {
 struct Reference {
   double rate = 0.0;           ///< Hz, of its steps
   int substeps = 0;            ///< of rk4 in each
+  bool exact = false;          ///< a closed form; else the finest rk4
   std::vector<State> frames;   ///< after each frame
-  std::vector<double> doubt;   ///< m, per frame: to the same with half as many sub-steps
+  std::vector<double> doubt;   ///< m, per frame: to rk4 with half as many sub-steps, or at all
   std::vector<double> spread;  ///< m, per frame: to a run whose start is 1e-9 m apart
   std::vector<State> apart;    ///< that run
   std::vector<char> pinned;    ///< per particle, at the start
@@ -35,8 +36,8 @@ struct ReferenceOptions {
   std::function<bool()> interrupted = [] { return false; };
 };
 
-/// By rk4 in sub-steps below its limit of stability, halved until the doubt is small enough or the
-/// time is over.
+/// By a closed form where there is one; else by rk4 in sub-steps below its limit of stability,
+/// halved until the doubt is small enough or the time is over.
 /// @throws std::runtime_error  rk4 failed, or was interrupted
 Reference findReference(const Scene& scene, const ReferenceOptions& options);
 

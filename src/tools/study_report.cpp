@@ -77,8 +77,8 @@ double finestShown(const Study& study) {
   for (std::size_t n = 0; n < study.compared; ++n) {
     spread = std::max(spread, study.reference.spread[n]);
   }
-  return std::max(
-      {kFinestShown, study.reference.largestDoubt(study.compared) / kDoubtShare, spread});
+  const double doubt = study.reference.exact ? 0.0 : study.reference.largestDoubt(study.compared);
+  return std::max({kFinestShown, doubt / kDoubtShare, spread});
 }
 
 std::string horizonText(const Study& study) {
@@ -131,11 +131,15 @@ std::string summary(const Study& study, const std::vector<StudySeries>& series,
   for (const double rate : {60.0, 240.0}) {
     out << "| 1/" << rate << " s | " << cell(study, bestInRealTime(study, rows, rate)) << " |\n";
   }
-  out << "\n## How far the scene can be known\n\n"
-      << horizonText(study) << "\nThe reference is rk4 in " << reference.substeps
-      << " sub-steps of 1/" << reference.rate << " s; with half as many it differs by "
-      << reference.largestDoubt(study.compared) << " m at the most up to " << until
-      << " s. Errors below " << millimetres(shown) << " are not shown.\n\n";
+  out << "\n## How far the scene can be known\n\n" << horizonText(study) << "\nThe reference is ";
+  if (reference.exact) {
+    out << "the closed form of the motion; rk4";
+  } else {
+    out << "rk4 in " << reference.substeps << " sub-steps of 1/" << reference.rate
+        << " s; with half as many it";
+  }
+  out << " differs by " << reference.largestDoubt(study.compared) << " m at the most up to "
+      << until << " s. Errors below " << millimetres(shown) << " are not shown.\n\n";
   const Simulation simulation(study.scene);
   const State& last = reference.frames.back();
   const State& apart = reference.apart.back();
@@ -207,6 +211,7 @@ std::string studyJson(const Study& study) {
       {"frame_rate", study.frame_rate},
       {"compared_seconds", static_cast<double>(study.compared) / study.frame_rate},
       {"finest_shown_m", finestShown(study)},
+      {"reference_exact", reference.exact},
       {"reference_substeps", reference.substeps},
       {"reference_doubt_m", reference.largestDoubt(study.compared)},
       {"horizon", horizon},

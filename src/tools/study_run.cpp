@@ -11,7 +11,6 @@
 namespace mass_spring {
 namespace {
 
-constexpr int kRepetitions = 3;
 constexpr double kExploded = 10.0;  // extents of the scene, of an error
 constexpr double kLong = 2.0;       // s: runs that are not repeated, nor one that was interrupted
 
@@ -121,7 +120,7 @@ double meanHeight(const Scene& scene, const State& state) {
 StudyRow measure(const Study& study, const StudySetting& setting, double patience) {
   StudyRow row = runOnce(study, setting, patience);
   std::vector<double> walls = {row.wall_seconds}, medians = {row.step_median};
-  while (row.usable() && walls.size() < kRepetitions && row.wall_seconds < kLong) {
+  while (row.usable() && walls.size() < kStudyRuns && row.wall_seconds < kLong) {
     const StudyRow again = runOnce(study, setting, INFINITY);
     if (study.interrupted()) break;
     walls.push_back(again.wall_seconds);

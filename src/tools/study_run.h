@@ -9,6 +9,9 @@
 
 namespace mass_spring {
 
+/// Runs of one setting that is not long: their median counts.
+constexpr std::size_t kStudyRuns = 3;
+
 /// What all settings of a study have in common.
 struct Study {
   Scene scene;
