@@ -139,7 +139,7 @@ Reference referenceOf(const VariedScene& varied) {
   ReferenceOptions options;
   options.duration = varied.duration;
   options.frame_rate = varied.scene.rate;
-  options.doubt = INFINITY;
+  options.doubt = 1e-3 * kAccuracy;
   Reference reference = findReference(varied.scene, options);
   reference.frames.resize(reference.horizon(0.1 * kAccuracy));
   return reference;

@@ -7,7 +7,7 @@ namespace mass_spring {
 namespace {
 
 constexpr double kLowestRate = 30.0;  // Hz
-// Up to here finer steps are higher rates, beyond it more sub-steps, as one would do.
+// From here on finer steps are more sub-steps instead of higher rates, as one would do.
 constexpr double kHighestRate = 240.0;
 constexpr int kDoublings = 17;
 // Of the error, by half the step, twice in a row.
@@ -31,7 +31,7 @@ std::vector<StudySetting> refinements(const Scene& scene, const StudyOptions& op
   int substeps = 1;
   for (int k = 0; k < kDoublings; ++k) {
     settings.push_back({scheme, rate, substeps, {}, {}});
-    if (2.0 * rate <= std::max(kHighestRate, scene.rate)) {
+    if (rate < std::max(kHighestRate, scene.rate)) {
       rate *= 2.0;
     } else {
       substeps *= 2;
