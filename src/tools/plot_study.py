@@ -127,7 +127,8 @@ def draw_pareto(study, rows, folder):
     prepare(axes, study, good)
     frontier = []
     for row in good:
-        if not frontier or row['error'] < frontier[-1]['error']:
+        # Hair's breadths are no choice.
+        if not frontier or row['error'] < 0.9 * frontier[-1]['error']:
             frontier.append(row)
     axes.plot([row['cost'] for row in good], [row['error'] for row in good], '.', color='#bbbbbb',
               label='all settings')
