@@ -90,30 +90,38 @@ void GalerkinProduct::multiply(const LevelMatrix& fine, std::uint32_t begin, std
   }
 }
 
+MASS_SPRING_DISPATCH
 void restrictDiagonal(const Interpolation& restriction, const LevelMatrix& fine,
                       LevelMatrix& coarse) {
   constexpr std::size_t kBlock = LevelMatrix::kBlock;
   for (std::uint32_t i = 0; i < coarse.size(); ++i) {
-    float* const sum = &coarse.row_sums[kBlock * i];
-    std::fill(sum, sum + kBlock, 0.0f);
+    Float4 low = {}, high = {};
     for (std::uint32_t e = restriction.start[i]; e < restriction.start[i + 1]; ++e) {
       const auto& [particle, weight] = restriction.entries[e];
-      for (std::size_t k = 0; k < kBlock; ++k) {
-        sum[k] += weight * fine.row_sums[kBlock * particle + k];
-      }
+      const float* const sum = &fine.row_sums[kBlock * particle];
+      low += load4(sum) * weight;
+      high += load4(sum + 2) * weight;
     }
+    store4(low, &coarse.row_sums[kBlock * i]);
+    store4(high, &coarse.row_sums[kBlock * i + 2]);
   }
   std::copy(coarse.row_sums.begin(), coarse.row_sums.end(), coarse.blocks.begin());
   for (std::uint32_t i = 0; i < coarse.size(); ++i) {
+    float* const mine = coarse.diagonal(i);
+    Float4 low = load4(mine), high = load4(mine + 2);
     for (std::uint32_t s = coarse.rows.start[i]; s < coarse.rows.start[i + 1]; ++s) {
       const float* const block = coarse.upper(s);
-      float* const mine = coarse.diagonal(i);
       float* const other = coarse.diagonal(coarse.rows.column[s]);
-      for (std::size_t k = 0; k < kBlock; ++k) {
-        mine[k] -= block[k];
-        other[k] -= block[k];
-      }
+      const Float4 block_low = load4(block), block_high = load4(block + 2);
+      // The two overlap: both are read before either is written.
+      const Float4 other_low = load4(other) - block_low, other_high = load4(other + 2) - block_high;
+      store4(other_low, other);
+      store4(other_high, other + 2);
+      low -= block_low;
+      high -= block_high;
     }
+    store4(low, mine);
+    store4(high, mine + 2);
   }
 }
 

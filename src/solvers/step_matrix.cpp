@@ -15,10 +15,15 @@ StepMatrix::StepMatrix(std::shared_ptr<const BlockPattern> pattern, ThreadPool* 
 
 void StepMatrix::setMasses(double weight, const Eigen::VectorXd& masses) {
   weighted_masses_ = weight * masses;
-  for (std::uint32_t i = 0; i < pattern_->size(); ++i) {
-    diagonal_[i] = SymmetricBlock::isotropic(weighted_masses_[i]);
-  }
-  std::fill(upper_.begin(), upper_.end(), SymmetricBlock{});
+  inHalves([&](std::uint32_t, std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t i = begin; i < end; ++i) {
+      diagonal_[i] = SymmetricBlock::isotropic(weighted_masses_[i]);
+    }
+    const auto blocks = [&](std::uint32_t i) {
+      return upper_.begin() + static_cast<std::ptrdiff_t>(pattern_->rowStart(i));
+    };
+    std::fill(blocks(begin), blocks(end), SymmetricBlock{});
+  });
 }
 
 void StepMatrix::multiply(const Vectors& x, Vectors& y) const {
