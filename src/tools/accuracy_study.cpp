@@ -41,18 +41,6 @@ void writeFile(const fs::path& path, const std::string& text) {
   if (!file) throw FileError(path.string());
 }
 
-/// The frames that are compared: those before the spread reaches the finest error of interest, or,
-/// where that leaves less than a quarter of them, a coarser one.
-std::size_t framesToCompare(const Reference& reference) {
-  const std::size_t frames = reference.frames.size();
-  std::size_t n = 0;
-  for (auto error = kStudyErrors.rbegin(); error != kStudyErrors.rend(); ++error) {
-    n = reference.horizon(*error);
-    if (4 * n >= frames) break;
-  }
-  return std::max<std::size_t>(n, 1);
-}
-
 Study prepare(const StudyOptions& options, StudyProgress& progress) {
   Study study;
   study.scene = readSceneWith(options.scene, options.assignments);

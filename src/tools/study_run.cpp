@@ -7,6 +7,7 @@
 #include "mass_spring_sim/measures.h"
 #include "mass_spring_sim/simulation.h"
 #include "tools/step_times.h"
+#include "tools/study_report.h"
 
 namespace mass_spring {
 namespace {
@@ -50,17 +51,6 @@ struct Errors {
         (mass_spring::momentum(model, state) - mass_spring::momentum(model, truth)).norm());
   }
 };
-
-/// m, of the room that the particles move through.
-double extent(const Reference& reference) {
-  Eigen::Vector3d low = reference.frames.front().positions.rowwise().minCoeff();
-  Eigen::Vector3d high = reference.frames.front().positions.rowwise().maxCoeff();
-  for (const State& frame : reference.frames) {
-    low = low.cwiseMin(frame.positions.rowwise().minCoeff());
-    high = high.cwiseMax(frame.positions.rowwise().maxCoeff());
-  }
-  return (high - low).norm();
-}
 
 /// One run; its time is that of the steps alone.
 StudyRow runOnce(const Study& study, const StudySetting& setting, double patience) {
@@ -115,6 +105,26 @@ double meanHeight(const Scene& scene, const State& state) {
     up = -scene.effects.gravity->acceleration.normalized();
   }
   return up.dot(state.positions.rowwise().mean());
+}
+
+double extent(const Reference& reference) {
+  Eigen::Vector3d low = reference.frames.front().positions.rowwise().minCoeff();
+  Eigen::Vector3d high = reference.frames.front().positions.rowwise().maxCoeff();
+  for (const State& frame : reference.frames) {
+    low = low.cwiseMin(frame.positions.rowwise().minCoeff());
+    high = high.cwiseMax(frame.positions.rowwise().maxCoeff());
+  }
+  return (high - low).norm();
+}
+
+std::size_t framesToCompare(const Reference& reference) {
+  const std::size_t frames = reference.frames.size();
+  std::size_t n = 0;
+  for (auto error = kStudyErrors.rbegin(); error != kStudyErrors.rend(); ++error) {
+    n = reference.horizon(*error);
+    if (4 * n >= frames) break;
+  }
+  return std::max<std::size_t>(n, 1);
 }
 
 StudyRow measure(const Study& study, const StudySetting& setting, double patience) {

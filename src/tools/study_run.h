@@ -26,6 +26,12 @@ struct Study {
 /// @param patience  s for one run; after that it is "unfinished" and its errors are infinite
 StudyRow measure(const Study& study, const StudySetting& setting, double patience);
 
+/// The frames that are compared: those before the spread reaches the finest error of interest, or,
+/// where that leaves less than a quarter of them, a coarser one.
+std::size_t framesToCompare(const Reference& reference);
+/// m, diagonal of the room that the particles move through.
+double extent(const Reference& reference);
+
 /// kg m/s
 Eigen::Vector3d momentum(const Model& model, const State& state);
 /// m, mean over the particles along -gravity; along z where there is none
