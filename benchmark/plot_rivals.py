@@ -6,7 +6,6 @@
 
 import argparse
 import csv
-import math
 import os
 
 import matplotlib
@@ -29,6 +28,7 @@ STYLES = {
     'Bullet position based': ('#CC79A7', 'h', '-'),
 }
 USABLE = ('converged', 'degraded')
+LARGEST = 2.0  # m: beyond it nothing is left of the scene
 
 
 def read(path):
@@ -37,7 +37,7 @@ def read(path):
     for row in rows:
         row['error'] = float(row['rms_error_m'])
         row['cost'] = float(row['seconds_per_simulated_second'])
-        row['good'] = row['status'] in USABLE and math.isfinite(row['error']) and row['error'] > 0
+        row['good'] = row['status'] in USABLE and 0 < row['error'] < LARGEST
     return rows
 
 
@@ -76,7 +76,7 @@ def draw(scene, rows, path):
     axes.axvline(1.0, color='#555555', linewidth=1.0, linestyle=':')
     axes.text(1.0, 0.99, ' real time', transform=axes.get_xaxis_transform(), va='top',
               color='#555555', fontsize=8, clip_on=True)
-    axes.set_ylim(max(1e-7, 0.5 * min((row['error'] for row in good), default=1e-6)), 2.0)
+    axes.set_ylim(max(1e-7, 0.5 * min((row['error'] for row in good), default=1e-6)), LARGEST)
     axes.set_title('Ours against theirs: %s' % scene)
     axes.legend(fontsize=7, loc='center left', bbox_to_anchor=(1.01, 0.5))
     figure.savefig(path, dpi=130, bbox_inches='tight')

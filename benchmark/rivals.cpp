@@ -21,6 +21,7 @@ namespace {
 
 // rk4, per spring and step: four forces. For predictions alone.
 constexpr double kSecondsPerSpring = 1e-8;
+constexpr double kReferenceShare = 0.6;  // of the stable step, as references begin
 constexpr int kFewestFrames = 3;
 
 constexpr const char* kOmissions =
@@ -120,7 +121,7 @@ std::vector<NamedScene> makeScenes(const Options& options) {
 /// As long as the reference is affordable [s], in whole frames: it is run four times at least.
 double affordableDuration(const Scene& scene, double frame_rate, const Options& options) {
   const Model model = buildModel(scene);
-  const double h = 0.25 * stableRk4Step(boundSpectrum(model));
+  const double h = kReferenceShare * stableRk4Step(boundSpectrum(model));
   const double steps_per_frame = std::max(1.0 / (frame_rate * h), 2000.0 / frame_rate);
   const double frame =
       4.0 * steps_per_frame * static_cast<double>(model.springs.size()) * kSecondsPerSpring;
