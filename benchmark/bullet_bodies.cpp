@@ -144,8 +144,7 @@ class BulletDeformable : public Rival {
     constraints_.setDeformableSolver(&solver_);
     world_.setImplicit(integration != Integration::kExplicit);
     world_.setLineSearch(integration == Integration::kLineSearch);
-    // Without it nothing moves in the implicit mode: fixed nodes are then Lagrange multipliers,
-    // whose preconditioner is "not implemented" for it.
+    // Else fixed nodes are Lagrange multipliers, and with them nothing moves in the implicit mode.
     world_.setUseProjection(true);
     world_.setGravity(toBullet(scene.gravity));
     body_ = makeBody(scene, world_.getWorldInfo(),

@@ -4,8 +4,8 @@
 
 namespace mass_spring {
 
-/// Bullet's soft bodies in single precision, as Debian's packages link it by default. Its own
-/// double precision is slower: conjugate gradients then go on to 2e-16.
+/// Bullet's soft bodies in single precision, as Debian's packages link it by default. In double
+/// precision its conjugate gradients go on to 2e-16 (their tolerance is SIMD_EPSILON).
 ///
 /// Deformable: btDeformableMultiBodyDynamicsWorld, springs explicit with damping implicit, or all
 /// implicit with one Newton iteration and with up to five and a line search. Position based:
