@@ -199,6 +199,9 @@ TEST_F(AccuracyStudy, RefusesBadArguments) {
     EXPECT_NE(result.err.find(message), std::string::npos) << result.err;
   }
   EXPECT_FALSE(fs::exists(path("out")));
+  const ProcessResult no_folder = run({"--scene", scene_, "--duration", "1e6", "--output", scene_});
+  EXPECT_EQ(no_folder.status, 2);  // at once, not after a reference of 1e6 s
+  EXPECT_NE(no_folder.err.find("scene.yaml"), std::string::npos) << no_folder.err;
 }
 
 // The studies that the documentation shows are of this program: its columns, all of its schemes.

@@ -41,7 +41,8 @@ void writeFile(const fs::path& path, const std::string& text) {
   if (!file) throw FileError(path.string());
 }
 
-Study prepare(const StudyOptions& options, StudyProgress& progress) {
+/// All but the reference.
+Study read(const StudyOptions& options) {
   Study study;
   study.scene = readSceneWith(options.scene, options.assignments);
   study.duration = options.duration;
@@ -51,36 +52,50 @@ Study prepare(const StudyOptions& options, StudyProgress& progress) {
   // A reference in whole steps of frames needs a rate that fits them.
   if (std::abs(share - std::round(share)) > 1e-9 * share) study.scene.rate = study.frame_rate;
   stepCount(options.duration, study.scene.rate);
+  return study;
+}
+
+void addReference(const StudyOptions& options, Study& study) {
   ReferenceOptions reference;
   reference.duration = options.duration;
   reference.frame_rate = study.frame_rate;
   reference.seconds = kReferenceShare * options.time_limit;
-  reference.interrupted = [&] { return g_signal != 0; };
-  progress.show("the reference");
+  reference.interrupted = study.interrupted;
   study.reference = findReference(study.scene, reference);
   study.compared = framesToCompare(study.reference);
-  return study;
+}
+
+/// Makes the folder, before anything takes long.
+/// @throws ArgumentError  it holds another study
+void openFolder(const fs::path& folder, const Study& study) {
+  fs::create_directories(folder);
+  if (!fs::exists(folder / "results.csv")) return writeFile(folder / "results.csv", "");
+  if (fs::file_size(folder / "results.csv") == 0) return;
+  std::ifstream file(folder / "study.json");
+  const nlohmann::json before = nlohmann::json::parse(file, nullptr, false);
+  const nlohmann::json now = nlohmann::json::parse(studyJson(study));
+  for (const char* key : {"version", "scene", "duration", "frame_rate"}) {
+    if (before.is_object() && before.contains(key) && before[key] == now[key]) continue;
+    throw ArgumentError(folder.string() +
+                        " holds the study of another scene, duration or version: give another "
+                        "--output, or remove it");
+  }
 }
 
 /// results.csv of this study: the rows of an earlier, interrupted run, and those to come.
 class ResultsFile {
  public:
-  /// @throws ArgumentError  the folder holds another study
+  /// @throws ArgumentError  what is there is no such file
   ResultsFile(const fs::path& folder, const Study& study) : path_(folder / "results.csv") {
-    const fs::path identity = folder / "study.json";
-    if (std::ifstream file(path_); file && fs::exists(identity)) {
-      if (!sameStudy(identity, study)) {
-        throw ArgumentError(folder.string() +
-                            " holds the study of another scene, duration or version: give another "
-                            "--output, or remove it");
-      }
+    if (fs::file_size(path_) > 0) {
+      std::ifstream file(path_);
       try {
         rows_ = readStudyRows(file);
       } catch (const std::runtime_error& error) {
         throw ArgumentError(path_.string() + ": " + error.what());
       }
     }
-    writeFile(identity, studyJson(study));
+    writeFile(folder / "study.json", studyJson(study));
     // Runs that ran out of time may have more of it now.
     rows_.erase(std::remove_if(rows_.begin(), rows_.end(),
                                [](const StudyRow& row) { return row.status == "unfinished"; }),
@@ -103,17 +118,6 @@ class ResultsFile {
   }
 
  private:
-  static bool sameStudy(const fs::path& path, const Study& study) {
-    std::ifstream file(path);
-    const nlohmann::json before = nlohmann::json::parse(file, nullptr, false);
-    const nlohmann::json now = nlohmann::json::parse(studyJson(study));
-    const auto same = [&](const char* key) {
-      return before.contains(key) && before[key] == now[key];
-    };
-    return before.is_object() && same("version") && same("scene") && same("duration") &&
-           same("frame_rate");
-  }
-
   fs::path path_;
   std::vector<StudyRow> rows_;
 };
@@ -184,9 +188,11 @@ bool plot(const fs::path& folder, bool open) {
 int study(const StudyOptions& options) {
   StudyProgress progress(options.time_limit);
   catchSignals();
-  const Study study = prepare(options, progress);
+  Study study = read(options);
   const fs::path folder = options.output;
-  fs::create_directories(folder);
+  openFolder(folder, study);
+  progress.show("the reference");
+  addReference(options, study);
   const ResultsFile results(folder, study);
   std::vector<StudySeries> series = makeSeries(study.scene, options);
   sweep(study, results, series, progress);

@@ -1,13 +1,13 @@
 #include "tools/reference.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <stdexcept>
 
 #include "mass_spring_sim/simulation.h"
 #include "scheme_choice.h"
 #include "tools/closed_form.h"
+#include "tools/wall_clock.h"
 
 namespace mass_spring {
 namespace {
@@ -18,10 +18,6 @@ constexpr double kShare = 0.6;
 constexpr double kLongestStep = 5e-4;  // s
 constexpr double kApart = 1e-9;        // m
 constexpr int kMostSubsteps = 100000;
-
-double now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 std::vector<State> run(Scene scene, int substeps, const ReferenceOptions& options) {
   scene.solver.scheme = Scheme::kRk4;
@@ -100,7 +96,7 @@ double Reference::largestDoubt(std::size_t frames) const {
 }
 
 Reference findReference(const Scene& scene, const ReferenceOptions& options) {
-  const double end = now() + options.seconds;
+  const double end = wallClock() + options.seconds;
   const double stable = stableRk4Step(boundSpectrum(buildModel(scene)));
   const double h = 1.0 / scene.rate;
   int substeps =
@@ -129,13 +125,13 @@ Reference findReference(const Scene& scene, const ReferenceOptions& options) {
     return reference;
   }
   for (;;) {
-    const double start = now();
+    const double start = wallClock();
     substeps *= 2;
     reference.frames = run(scene, substeps, options);
     reference.substeps = substeps;
     reference.doubt = compare(coarse);
     const double doubt = reference.largestDoubt(reference.horizon(options.finest));
-    const double next = now() + 2.0 * (now() - start);
+    const double next = wallClock() + 2.0 * (wallClock() - start);
     if (doubt <= options.doubt || next > end || 2 * substeps > kMostSubsteps) return reference;
     coarse = std::move(reference.frames);
   }

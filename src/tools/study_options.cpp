@@ -10,7 +10,7 @@
 namespace mass_spring {
 namespace {
 
-constexpr const char* kFooter =
+constexpr const char* kStudyFooter =
     "Writes into the folder results.csv (one row per setting, failures too), summary.md (what to\n"
     "choose), work_precision.png and .svg, pareto.png, and calibration.yaml for\n"
     "solver.calibration. Ctrl-C ends it with what there is; the same command goes on from there.\n"
@@ -41,7 +41,7 @@ StudyOptions readStudyOptions(int argc, const char* const* argv) {
   }
   StudyOptions options;
   CLI::App app("Measures what accuracy costs in time on a scene, without ROS.", "accuracy_study");
-  app.footer(kFooter);
+  app.footer(kStudyFooter);
   const double unbounded = HUGE_VAL;
   app.add_option("--scene", options.scene, "scene file (YAML)")->required();
   app.add_option("--duration", options.duration, "simulated seconds, > 0")

@@ -9,7 +9,7 @@ namespace mass_spring {
 namespace {
 
 constexpr int kWidth = 24;
-constexpr const char* kEraseLine = "\r\033[K";
+constexpr const char* kErase = "\r\033[K";
 
 }  // namespace
 
@@ -23,7 +23,7 @@ double StudyProgress::elapsed() const {
 }
 
 void StudyProgress::erase() {
-  if (terminal_) std::fputs(kEraseLine, stderr);
+  if (terminal_) std::fputs(kErase, stderr);
 }
 
 void StudyProgress::show(const std::string& what) {
@@ -32,8 +32,8 @@ void StudyProgress::show(const std::string& what) {
   const auto done = static_cast<int>(kWidth * share);
   std::string bar(static_cast<std::size_t>(kWidth), ' ');
   std::fill(bar.begin(), bar.begin() + done, '=');
-  std::fprintf(stderr, "%s[%s] at most %.0f s left: %s", kEraseLine, bar.c_str(),
-               std::max(left(), 0.0), what.c_str());
+  std::fprintf(stderr, "%s[%s] at most %.0f s left: %s", kErase, bar.c_str(), std::max(left(), 0.0),
+               what.c_str());
   std::fflush(stderr);
 }
 

@@ -1,23 +1,19 @@
 #include "tools/study_run.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "mass_spring_sim/measures.h"
 #include "mass_spring_sim/simulation.h"
 #include "tools/step_times.h"
 #include "tools/study_report.h"
+#include "tools/wall_clock.h"
 
 namespace mass_spring {
 namespace {
 
 constexpr double kExploded = 10.0;  // extents of the scene, of an error
 constexpr double kLong = 2.0;       // s: runs that are not repeated, nor one that was interrupted
-
-double now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 Scene sceneWith(const Study& study, const StudySetting& setting) {
   Scene scene = study.scene;
@@ -65,9 +61,9 @@ StudyRow runOnce(const Study& study, const StudySetting& setting, double patienc
   bool whole = true;
   for (std::size_t frame = 0; whole && frame < study.reference.frames.size(); ++frame) {
     for (std::uint64_t step = 0; whole && step < steps_per_frame; ++step) {
-      const double start = now();
+      const double start = wallClock();
       const StepReport report = simulation.step();
-      const double seconds = now() - start;
+      const double seconds = wallClock() - start;
       times.add(seconds);
       row.wall_seconds += seconds;
       worst = std::max(worst, report.status);

@@ -17,12 +17,12 @@ constexpr const char* kHeader =
 constexpr std::size_t kColumns = 20;
 
 /// All digits of a double; nothing where there is none.
-std::string number(double value) {
+std::string allDigits(double value) {
   char text[40];
   std::snprintf(text, sizeof text, "%.17g", value);
   return text;
 }
-std::string number(const std::optional<double>& value) { return value ? number(*value) : ""; }
+std::string allDigits(const std::optional<double>& value) { return value ? allDigits(*value) : ""; }
 
 std::vector<std::string> split(const std::string& line) {
   std::vector<std::string> fields(1);
@@ -92,14 +92,15 @@ std::string studyHeader() { return kHeader; }
 std::string toCsv(const StudyRow& row) {
   const StudySetting& s = row.setting;
   std::ostringstream line;
-  line << name(s.scheme) << ',' << number(s.rate) << ',' << s.substeps << ','
-       << number(s.newton_tolerance) << ',' << number(row.rms_error) << ',' << number(row.max_error)
-       << ',' << number(row.energy_error) << ',' << number(row.wall_seconds) << ','
-       << number(row.step_median) << ',' << row.status << ',' << number(s.accuracy) << ','
-       << number(row.momentum_error) << ',' << number(row.end_energy) << ','
-       << number(row.end_height) << ',' << row.totals.steps << ',' << row.totals.substeps << ','
-       << row.totals.newton_iterations << ',' << row.totals.linear_iterations << ','
-       << row.totals.factorizations << ',' << row.totals.unconverged_steps;
+  line << name(s.scheme) << ',' << allDigits(s.rate) << ',' << s.substeps << ','
+       << allDigits(s.newton_tolerance) << ',' << allDigits(row.rms_error) << ','
+       << allDigits(row.max_error) << ',' << allDigits(row.energy_error) << ','
+       << allDigits(row.wall_seconds) << ',' << allDigits(row.step_median) << ',' << row.status
+       << ',' << allDigits(s.accuracy) << ',' << allDigits(row.momentum_error) << ','
+       << allDigits(row.end_energy) << ',' << allDigits(row.end_height) << ',' << row.totals.steps
+       << ',' << row.totals.substeps << ',' << row.totals.newton_iterations << ','
+       << row.totals.linear_iterations << ',' << row.totals.factorizations << ','
+       << row.totals.unconverged_steps;
   return line.str();
 }
 
