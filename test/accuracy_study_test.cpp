@@ -334,6 +334,7 @@ TEST(Calibration, InterpolatesAndNeverExceedsWhatWasMeasured) {
   EXPECT_EQ(controlledAccuracy(solver), 1e-3);
   solver.calibration = {{1e-4, 1e-5}, {1e-2, 1e-3}};
   EXPECT_EQ(controlledAccuracy(solver), 1e-2);
+  // Powers of ten, but for the rounding of logarithms.
   solver.accuracy = 1e-4;
   EXPECT_NEAR(*controlledAccuracy(solver), 1e-3, 1e-12);
   solver.accuracy = 1e-6;

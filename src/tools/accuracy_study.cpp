@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
 #include "mass_spring_sim/scene_reader.h"
+#include "tools/caught_signal.h"
 #include "tools/file_error.h"
 #include "tools/simulate_options.h"
 #include "tools/study_options.h"
@@ -24,16 +24,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kReferenceShare = 0.3;  // of the time limit, after which it is not refined
-
-volatile std::sig_atomic_t g_signal = 0;
-
-/// The first signal ends the study with the rows there are, a second one the program at once.
-void catchSignals() {
-  struct sigaction action {};
-  action.sa_handler = [](int signal) { g_signal = signal; };
-  action.sa_flags = SA_RESETHAND;
-  for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
-}
 
 void writeFile(const fs::path& path, const std::string& text) {
   std::ofstream file(path);

@@ -1,11 +1,11 @@
 #include <chrono>
-#include <csignal>
 #include <fstream>
 #include <iostream>
 #include <optional>
 
 #include "mass_spring_sim/scene_reader.h"
 #include "mass_spring_sim/simulation.h"
+#include "tools/caught_signal.h"
 #include "tools/csv_writer.h"
 #include "tools/file_error.h"
 #include "tools/json_report.h"
@@ -20,16 +20,6 @@ using Clock = std::chrono::steady_clock;
 
 double secondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-volatile std::sig_atomic_t g_signal = 0;
-
-/// The first signal ends the run between two steps, a second one ends the program at once.
-void catchSignals() {
-  struct sigaction action {};
-  action.sa_handler = [](int signal) { g_signal = signal; };
-  action.sa_flags = SA_RESETHAND;
-  for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
 }
 
 std::ofstream openReport(const std::string& path) {
