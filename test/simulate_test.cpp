@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "process.h"
+#include "scene_text.h"
 
 namespace mass_spring {
 namespace {
@@ -42,22 +43,13 @@ effects:
 
 class Simulate : public ::testing::Test {
  protected:
-  Simulate() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "simulate_XXXXXX").string();
-    directory_ = mkdtemp(pattern.data());
-    scene_ = write("scene.yaml", kScene);
-  }
-  ~Simulate() override { std::filesystem::remove_all(directory_); }
+  Simulate() { scene_ = write("scene.yaml", kScene); }
 
-  std::string path(const std::string& name) const { return (directory_ / name).string(); }
+  std::string path(const std::string& name) const { return folder_.path() + "/" + name; }
   std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(path(name), std::ios::binary) << text;
-    return path(name);
+    return folder_.write(name, text);
   }
-  std::string read(const std::string& name) const {
-    std::ifstream file(path(name), std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
-  }
+  std::string read(const std::string& name) const { return folder_.read(name); }
   Lines readLines(const std::string& name) const {
     std::istringstream text(read(name));
     Lines lines;
@@ -82,7 +74,7 @@ class Simulate : public ::testing::Test {
     EXPECT_EQ(result.err.rfind("simulate: ", 0), 0u) << result.err;
   }
 
-  std::filesystem::path directory_;
+  TemporaryFolder folder_;
   std::string scene_;
 };
 
@@ -273,7 +265,7 @@ TEST_F(Simulate, RefusesBadArguments) {
       {{"--duration", "1", "--output"}, "--output"},
       {{"--duration", "1", "--output", path("no/such/folder.csv")}, "no/such/folder.csv"},
       {{"--duration", "1", "--report", path("no/such/folder.json")}, "no/such/folder.json"},
-      {{"--duration", "1", "--output", directory_.string()}, "directory"},
+      {{"--duration", "1", "--output", folder_.path()}, "directory"},
       {{"--duration", "1", "--output", "/dev/full"}, "No space left"},
       {{"--duration", "1", "--output", scene_}, "overwritten"},
       {{"--duration", "1", "--report", scene_}, "overwritten"},
@@ -366,7 +358,7 @@ TEST_F(Simulate, RefusesFilesOfAnyContent) {
     expectRefused(run({"--scene", write(name, text), "--duration", "1"}), "");
   }
   expectRefused(run({"--scene", path("missing.yaml"), "--duration", "1"}), "missing.yaml");
-  expectRefused(run({"--scene", directory_.string(), "--duration", "1"}), "");
+  expectRefused(run({"--scene", folder_.path(), "--duration", "1"}), "");
   expectRefused(run({"--scene", "", "--duration", "1"}), "");
 }
 

@@ -95,7 +95,7 @@ std::string horizonText(const Study& study) {
   const std::size_t n = reference.horizon(1e-3);
   if (n == frames) {
     text << "\nTwo starts 1e-9 m apart are " << reference.spread.back()
-         << " m apart at the end: the scene is predictable.\n";
+         << " m apart at the end: that well the scene can be predicted.\n";
   } else {
     text << "\nTwo starts 1e-9 m apart are more than 1 mm apart after "
          << static_cast<double>(n + 1) / study.frame_rate
