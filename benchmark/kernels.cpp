@@ -39,7 +39,8 @@ struct Swing {
   void assemble() {
     matrix->setMasses(kWeights.mass, simulation.model().masses);
     for (const auto& effect : effects()) {
-      effect->addDerivatives(state().positions, kWeights, Projection::kWhereNeeded, *matrix);
+      effect->addDerivatives(state().positions, state().velocities, kWeights,
+                             Projection::kWhereNeeded, *matrix);
     }
     matrix->decouple(simulation.pins().mask());
   }
@@ -100,8 +101,8 @@ void forcesAndEnergies(benchmark::State& run) {
   for (auto _ : run) {
     Energy energy;
     double dissipation = 0.0;
-    sumForces(swing.simulation.model(), nullptr, swing.state().positions, swing.state().velocities,
-              sum, energy, dissipation);
+    sumForces(swing.simulation.model(), nullptr, nullptr, swing.state().positions,
+              swing.state().velocities, sum, energy, dissipation);
     benchmark::DoNotOptimize(energy.elastic + dissipation);
   }
   countSprings(run, swing);

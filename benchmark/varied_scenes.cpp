@@ -8,7 +8,11 @@
 namespace mass_spring {
 namespace {
 
-const EffectOptions kGravity{GravityOptions{Eigen::Vector3d(0.0, 0.0, -9.81)}};
+const EffectOptions kGravity = [] {
+  EffectOptions effects;
+  effects.gravity = GravityOptions{Eigen::Vector3d(0.0, 0.0, -9.81)};
+  return effects;
+}();
 
 template <typename Shape>
 Scene sceneOf(const Shape& shape, std::vector<std::uint32_t> pinned) {

@@ -5,6 +5,8 @@
 #include <thread>
 #include <vector>
 
+#include "effects/air_drag.h"
+#include "effects/contact.h"
 #include "effects/gravity.h"
 #include "effects/springs.h"
 #include "mass_spring_sim/model.h"
@@ -82,6 +84,13 @@ Model buildModel(const Scene& scene) {
   if (scene.effects.gravity) {
     model.effects.push_back(
         std::make_unique<Gravity>(scene.effects.gravity->acceleration, model.masses));
+  }
+  if (scene.effects.air_drag) {
+    model.effects.push_back(std::make_unique<AirDrag>(scene.effects.air_drag->coefficient));
+  }
+  if (scene.effects.contact) {
+    model.effects.push_back(
+        std::make_unique<Contact>(*scene.effects.contact, model.particleCount()));
   }
 
   SchemeChoice choice = chooseScheme(scene, model);

@@ -44,10 +44,20 @@ double EnergyCheck::pinPower(const State& state, const Drive& drive) {
   return power;
 }
 
+double EnergyCheck::powerOfEffects(const State& state) const {
+  double power = 0.0;
+  for (const auto& effect : model_.effects) {
+    power += effect->power(state.positions, state.velocities);
+  }
+  return power;
+}
+
 void EnergyCheck::start(double h, const State& state, const Drive& drive) {
   h_ = h;
+  setTime(model_, drive.time);
   start_ = state.positions;
   before_ = energyOfFree(state.positions, state.velocities, drive);
+  fed_ = powerOfEffects(state);
   pins_alone_ = power_ = 0.0;
   pins_move_ = false;
   for (Eigen::Index i = 0; i < start_.cols(); ++i) {
@@ -64,8 +74,9 @@ void EnergyCheck::start(double h, const State& state, const Drive& drive) {
 }
 
 bool EnergyCheck::gained(const State& end, const Drive& drive) {
+  setTime(model_, drive.time + h_);
   const Energy after = energyOfFree(end.positions, end.velocities, drive);
-  double work = 0.0;
+  double work = h_ * std::max(fed_, powerOfEffects(end));
   if (drive.loads) {
     for (Eigen::Index i = 0; i < start_.cols(); ++i) {
       if (drive.isPinned(i)) continue;

@@ -30,6 +30,7 @@ class EnergyCheck {
  private:
   Energy energyOfFree(const Vectors& positions, const Vectors& velocities,
                       const Drive& drive) const;
+  double powerOfEffects(const State& state) const;
   /// What the pins do to the particles by moving [W].
   double pinPower(const State& state, const Drive& drive);
 
@@ -43,6 +44,7 @@ class EnergyCheck {
   Energy before_;
   double pins_alone_ = 0.0;  // J, what the pins would do if all others stayed where they are
   double power_ = 0.0;       // W, of the pins at the start
+  double fed_ = 0.0;         // W, what the effects may feed in at the start
   bool pins_move_ = false;
   Vectors start_, scratch_;
 };

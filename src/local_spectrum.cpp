@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "effects/effect.h"
+
 namespace mass_spring {
 namespace {
 
@@ -13,7 +15,12 @@ constexpr int kPowerIterations = 30;
 }  // namespace
 
 LocalSpectrum::LocalSpectrum(const Model& model)
-    : model_(model), stiffness_(model.particleCount()), damping_(model.particleCount()) {
+    : model_(model),
+      stiffness_(model.particleCount()),
+      damping_(model.particleCount()),
+      held_(Eigen::VectorXd::Zero(model.masses.size())),
+      braked_(held_) {
+  for (const auto& effect : model.effects) effect->addBounds(held_, braked_);
   Eigen::VectorXd tried = Eigen::VectorXd::Ones(model.masses.size()), next = tried;
   Eigen::VectorXd best = tried;
   double bound = std::numeric_limits<double>::infinity();
@@ -48,10 +55,12 @@ SpectrumBounds LocalSpectrum::at(const Vectors& positions, const std::vector<cha
 }
 
 void LocalSpectrum::sumBlocks(const Vectors& positions) {
-  std::fill(stiffness_.begin(), stiffness_.end(), Symmetric::Zero());
-  std::fill(damping_.begin(), damping_.end(), Symmetric::Zero());
   Symmetric identity;
   identity << 1.0, 1.0, 1.0, 0.0, 0.0, 0.0;
+  for (std::size_t i = 0; i < stiffness_.size(); ++i) {
+    stiffness_[i] = held_[static_cast<Eigen::Index>(i)] * identity;
+    damping_[i] = braked_[static_cast<Eigen::Index>(i)] * identity;
+  }
   for (const Spring& s : model_.springs) {
     const Eigen::Vector3d d = positions.col(s.j) - positions.col(s.i);
     const double square = d.squaredNorm(), length = std::sqrt(square);

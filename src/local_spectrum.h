@@ -30,6 +30,8 @@ class LocalSpectrum {
   const Model& model_;
   Eigen::VectorXd weights_;  // y, per particle, > 0
   std::vector<Symmetric> stiffness_, damping_;
+  Eigen::VectorXd held_,
+      braked_;  // per particle, N/m and N s/m: what effects other than springs do
 };
 
 }  // namespace mass_spring

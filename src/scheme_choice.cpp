@@ -6,6 +6,8 @@
 #include <sstream>
 #include <vector>
 
+#include "effects/effect.h"
+
 namespace mass_spring {
 namespace {
 
@@ -23,13 +25,14 @@ constexpr double kExplicitError = 0.01, kImplicitError = 0.1;
 constexpr int kPowerIterations = 30;
 constexpr double kLargestSubsteps = 100000;
 
+/// @param alone  per particle, what acts on it whatever the others do
 template <typename Coefficient>
-double boundEigenvalue(const Model& model, Coefficient coefficient) {
+double boundEigenvalue(const Model& model, Coefficient coefficient, const Eigen::VectorXd& alone) {
   const Eigen::Index n = model.masses.size();
   Eigen::VectorXd y = Eigen::VectorXd::Ones(n), next(n);
   double bound = std::numeric_limits<double>::infinity();
   for (int iteration = 0; iteration < kPowerIterations; ++iteration) {
-    next.setZero();
+    next = alone.cwiseProduct(y);
     for (const Spring& s : model.springs) {
       const double part = s.*coefficient * (y[s.i] + y[s.j]);
       next[s.i] += part;
@@ -54,8 +57,10 @@ double positiveRoot(double a, double b) {
 }  // namespace
 
 SpectrumBounds boundSpectrum(const Model& model) {
-  return {std::sqrt(boundEigenvalue(model, &Spring::stiffness)),
-          boundEigenvalue(model, &Spring::damping)};
+  Eigen::VectorXd stiffness = Eigen::VectorXd::Zero(model.masses.size()), damping = stiffness;
+  for (const auto& effect : model.effects) effect->addBounds(stiffness, damping);
+  return {std::sqrt(boundEigenvalue(model, &Spring::stiffness, stiffness)),
+          boundEigenvalue(model, &Spring::damping, damping)};
 }
 
 double stableSymplecticStep(const SpectrumBounds& bounds) {

@@ -56,10 +56,11 @@ void Stepper::begin(double h, const Drive& drive, const State& state, StepReport
 Stepper::Outcome Stepper::advance(Scheme scheme, double from, double to, double h,
                                   const Drive& drive, const State& state, StepReport& report) {
   const double substep = (to - from) * h;
-  const SubstepReport sub = explicit_ ? explicit_->advance(substep, drive, work_)
+  const Drive then{drive.pinned, drive.loads, drive.time + from * h};
+  const SubstepReport sub = explicit_ ? explicit_->advance(substep, then, work_)
                             : isRosenbrock(scheme)
-                                ? implicit_->rosenbrock->advance(scheme, substep, drive, work_)
-                                : implicit_->stages.advance(scheme, substep, drive, work_);
+                                ? implicit_->rosenbrock->advance(scheme, substep, then, work_)
+                                : implicit_->stages.advance(scheme, substep, then, work_);
   ++report.substeps;
   return conclude(sub, to, drive, state, report);
 }
@@ -108,14 +109,15 @@ Stepper::Outcome Stepper::attemptSafely(int substeps, double h, const Drive& dri
   EnergyCheck& energy = implicit_->energy;
   Outcome outcome = Outcome::kConverged;
   for (int s = 0; s < substeps; ++s) {
-    energy.start(h / substeps, work_, drive);
+    const Drive then{drive.pinned, drive.loads, drive.time + s * h / substeps};
+    energy.start(h / substeps, work_, then);
     const Outcome one = advance(report.scheme, static_cast<double>(s) / substeps,
                                 static_cast<double>(s + 1) / substeps, h, drive, state, report);
     if (one == Outcome::kNotFinite) return one;
     if (one == Outcome::kUnconverged) outcome = one;
     // Short of its root, or where the springs' energy is not convex, even implicit Euler can gain;
     // what it gains is then kinetic, as no sub-step ends above Phi at rest.
-    if (!energy.slowDown(work_, drive)) outcome = Outcome::kGainedEnergy;
+    if (!energy.slowDown(work_, then)) outcome = Outcome::kGainedEnergy;
   }
   return outcome;
 }
@@ -198,7 +200,7 @@ Stepper::Outcome Stepper::attemptWithin(double h, const Drive& drive, const Stat
 StepReport Stepper::step(double h, const Pins& pins, const Vectors* loads, State& state) {
   StepReport report;
   if (budget_) budget_->start();
-  const Drive drive{pins.mask(), loads};
+  const Drive drive{pins.mask(), loads, state.time};
   pin_ends_ = state.positions;
   pins.prescribe(pin_ends_);
   pin_velocities_ = (pin_ends_ - state.positions) / h;

@@ -254,7 +254,8 @@ void warmStart(Trial& trial) {
   const MatrixWeights weights{1.0, trial.h, trial.h * trial.h};
   matrix.setMasses(weights.mass, model.masses);
   for (const auto& effect : model.effects) {
-    effect->addDerivatives(model.start.positions, weights, Projection::kWhereNeeded, matrix);
+    effect->addDerivatives(model.start.positions, model.start.velocities, weights,
+                           Projection::kWhereNeeded, matrix);
   }
   Vectors b = Vectors::Zero(3, model.particleCount()), wrong = b, cold, warm;
   b.row(2) = -kGravity * trial.h * model.masses.transpose();

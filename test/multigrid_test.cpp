@@ -39,7 +39,8 @@ struct System {
     }
     matrix.setMasses(1.0, model.masses);
     for (const auto& effect : model.effects) {
-      effect->addDerivatives(positions, {1.0, h, h * h}, Projection::kWhereNeeded, matrix);
+      effect->addDerivatives(positions, model.start.velocities, {1.0, h, h * h},
+                             Projection::kWhereNeeded, matrix);
     }
     std::vector<char> mask(model.particleCount(), 0);
     for (std::uint32_t i : pinned) {

@@ -43,7 +43,7 @@ TEST(Newton, ConvergesQuadraticallyInTension) {
     for (std::uint32_t p : scene.pins[0].particles) pinned[p] = 1;
     State state = model.start;
     const SubstepReport report =
-        stages.advance(Scheme::kImplicitEuler, 0.05, Drive{pinned, nullptr}, state);
+        stages.advance(Scheme::kImplicitEuler, 0.05, Drive{pinned, nullptr, 0.0}, state);
     EXPECT_EQ(report.projected_springs, 0u);
     return state.velocities;
   };

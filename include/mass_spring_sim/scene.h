@@ -107,9 +107,52 @@ struct GravityOptions {
   Eigen::Vector3d acceleration;  ///< m/s^2
 };
 
+struct AirDragOptions {
+  double coefficient = 0.0;  ///< N s/m per particle, >= 0
+};
+
+/// All that lies on the side of a plane to which its normal does not point.
+struct Plane {
+  Eigen::Vector3d point;   ///< m
+  Eigen::Vector3d normal;  ///< not 0; its length does not matter
+};
+
+struct Sphere {
+  Eigen::Vector3d center;  ///< m
+  double radius;           ///< m, > 0
+};
+
+struct Box {
+  Eigen::Vector3d center;                                 ///< m
+  Eigen::Vector3d size;                                   ///< m, > 0
+  Eigen::Vector3d orientation = Eigen::Vector3d::Zero();  ///< rad, roll pitch yaw
+};
+
+/// All that is nearer than the radius to the segment from start to end.
+struct Capsule {
+  Eigen::Vector3d start, end;  ///< m, not the same
+  double radius;               ///< m, > 0
+};
+
+struct ContactShape {
+  std::string name;  ///< [A-Za-z][A-Za-z0-9_]*
+  std::variant<Plane, Sphere, Box, Capsule> geometry;
+};
+
+/// Particles are kept off shapes by springs, and rub on them (Coulomb).
+struct ContactOptions {
+  double stiffness = 0.0;            ///< N/m per particle, > 0
+  double thickness = 0.005;          ///< m, >= 0: so far from a shape it begins to push
+  std::optional<double> friction;    ///< >= 0; absent = there is none
+  double slip_velocity = 0.001;      ///< m/s, > 0: slower than that, what sticks may creep
+  std::vector<ContactShape> shapes;  ///< in bytewise order of their names, at least one
+};
+
 /// Only what is listed here exists.
 struct EffectOptions {
   std::optional<GravityOptions> gravity;
+  std::optional<AirDragOptions> air_drag;
+  std::optional<ContactOptions> contact;
 };
 
 struct TimedCommand {

@@ -9,13 +9,24 @@ void sumForces(const Model& model, const Vectors* loads, const Vectors& position
   if (loads) forces += *loads;
 }
 
-void sumForces(const Model& model, const Vectors* loads, const Vectors& positions,
-               const Vectors& velocities, Vectors& forces, Energy& energy, double& dissipation) {
+void sumForces(const Model& model, const Vectors* loads, const Vectors* held,
+               const Vectors& positions, const Vectors& velocities, Vectors& forces, Energy& energy,
+               double& dissipation) {
   forces.setZero();
   for (const auto& effect : model.effects) {
-    effect->addForces(positions, velocities, forces, energy, dissipation);
+    if (held) {
+      effect->addForcesHolding(*held, positions, velocities, forces, energy, dissipation);
+    } else {
+      effect->addForces(positions, velocities, forces, energy, dissipation);
+    }
   }
   if (loads) forces += *loads;
+}
+
+bool setTime(const Model& model, double time) {
+  bool any = false;
+  for (const auto& effect : model.effects) any = effect->setTime(time) || any;
+  return any;
 }
 
 }  // namespace mass_spring

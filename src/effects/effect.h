@@ -38,19 +38,36 @@ class Effect {
   /// Adds the potential energy [J] to the entry it belongs to.
   virtual void addEnergy(const Vectors& /*positions*/, Energy& /*energy*/) const {}
 
-  /// Q = v^T D v / 2 [W], half the power lost; with x held, -dQ/dv is the damping force.
-  virtual double dissipation(const Vectors& /*positions*/, const Vectors& /*velocities*/) const {
-    return 0.0;
-  }
+  /// What depends on time is from now on as it is then [s]. @return whether anything does
+  virtual bool setTime(double /*time*/) { return false; }
 
   /// Adds the force on each particle [N].
   virtual void addForces(const Vectors& positions, const Vectors& velocities,
                          Vectors& forces) const = 0;
 
-  /// The same, and adds energy and half the power lost at that point: what energy methods need,
-  /// cheaper than one after the other.
+  /// The same, and adds energy and Q [W] at that point: what energy methods need, cheaper than one
+  /// after the other. With x held, -dQ/dv is the part of the force that depends on velocities; of
+  /// forces linear in v, Q is half the power lost.
   virtual void addForces(const Vectors& positions, const Vectors& velocities, Vectors& forces,
                          Energy& energy, double& dissipation) const = 0;
+
+  /// Does Q depend on the positions?
+  virtual bool dampingTurns() const { return false; }
+  /// The same forces, with Q as it is at the positions `held`.
+  virtual void addForcesHolding(const Vectors& /*held*/, const Vectors& positions,
+                                const Vectors& velocities, Vectors& forces, Energy& energy,
+                                double& dissipation) const {
+    addForces(positions, velocities, forces, energy, dissipation);
+  }
+
+  /// What it may feed into the particles at most [W], where it can: the moving air, a moving shape.
+  virtual double power(const Vectors& /*positions*/, const Vectors& /*velocities*/) const {
+    return 0.0;
+  }
+
+  /// Adds to each particle bounds of what holds it in place [N/m] and of what brakes it [N s/m],
+  /// whatever the positions; springs, which join particles, are counted elsewhere.
+  virtual void addBounds(Eigen::VectorXd& /*stiffness*/, Eigen::VectorXd& /*damping*/) const {}
 
   /// df += (df/dx) dx + (df/dv) dv: how the forces change with positions and velocities, exactly
   /// and unprojected, also where the step matrix leaves terms out.
@@ -63,18 +80,29 @@ class Effect {
 
   /// Adds the weighted D and K to a matrix that holds the weighted masses.
   /// @return how many elements were projected
-  virtual std::uint32_t addDerivatives(const Vectors& /*positions*/,
+  virtual std::uint32_t addDerivatives(const Vectors& /*positions*/, const Vectors& /*velocities*/,
                                        const MatrixWeights& /*weights*/, Projection /*projection*/,
                                        StepMatrix& /*matrix*/) const {
     return 0;
   }
+
+  /// What a linearly implicit step of w [s] takes of the effect: adds w D + w^2 K, projected, to
+  /// the matrix, and to the forces f + D v, so that what is left at the new velocities u is f + D v
+  /// - D u - w K u.
+  virtual std::uint32_t linearise(const Vectors& positions, const Vectors& velocities, double w,
+                                  StepMatrix& matrix, Vectors& forces) const = 0;
 };
 
 /// Sum over the model's effects, and the external loads if there are any [N].
 void sumForces(const Model& model, const Vectors* loads, const Vectors& positions,
                const Vectors& velocities, Vectors& forces);
-/// The same, and adds the effects' energy [J] and half the power that they lose [W].
-void sumForces(const Model& model, const Vectors* loads, const Vectors& positions,
-               const Vectors& velocities, Vectors& forces, Energy& energy, double& dissipation);
+/// The same, and adds the effects' energy [J] and Q [W].
+/// @param held  positions that give damping its directions; nullptr = those of the particles
+void sumForces(const Model& model, const Vectors* loads, const Vectors* held,
+               const Vectors& positions, const Vectors& velocities, Vectors& forces, Energy& energy,
+               double& dissipation);
+
+/// Effects are constant but for the time that they are at: that of whoever computes with them.
+bool setTime(const Model& model, double time);
 
 }  // namespace mass_spring

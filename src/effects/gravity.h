@@ -22,6 +22,11 @@ class Gravity : public Effect {
     addEnergy(positions, energy);
     addForces(positions, velocities, forces);
   }
+  std::uint32_t linearise(const Vectors& positions, const Vectors& velocities, double /*w*/,
+                          StepMatrix& /*matrix*/, Vectors& forces) const override {
+    addForces(positions, velocities, forces);
+    return 0;
+  }
 
  private:
   Vectors weights_;  // N

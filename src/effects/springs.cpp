@@ -119,14 +119,14 @@ void Springs::addTo(Vectors& forces, const SpringBatch& batch, LaneResults<3>& f
   }
 }
 
-void Springs::addForces(const Vectors& positions, const Vectors& velocities,
+void Springs::addForces(const Vectors& positions, const Vectors* velocities,
                         Vectors& forces) const {
   LaneResults<3> force;
   const auto finish = [&](std::uint32_t from, std::uint32_t to) {
     moveInto(forces, from, to, forces_);
   };
   forEachBatch(
-      positions, &velocities, positions_,
+      positions, velocities, positions_,
       [&](const SpringBatch& batch, const SpringLanes& lanes) {
         springForces(lanes, force);
         addTo(forces, batch, force);
@@ -134,7 +134,7 @@ void Springs::addForces(const Vectors& positions, const Vectors& velocities,
       finish);
 }
 
-void Springs::addForces(const Vectors& positions, const Vectors& velocities, Vectors& forces,
+void Springs::addForces(const Vectors& positions, const Vectors* velocities, Vectors& forces,
                         Energy& energy, double& dissipation) const {
   LaneResults<3> force;
   LaneResults<2> energies;
@@ -142,7 +142,7 @@ void Springs::addForces(const Vectors& positions, const Vectors& velocities, Vec
     moveInto(forces, from, to, forces_);
   };
   forEachBatch(
-      positions, &velocities, positions_,
+      positions, velocities, positions_,
       [&](const SpringBatch& batch, const SpringLanes& lanes) {
         springForcesAndEnergies(lanes, force, energies);
         addTo(forces, batch, force);
@@ -169,21 +169,37 @@ void Springs::addEnergy(const Vectors& positions, Energy& energy) const {
       [](auto...) {});
 }
 
-double Springs::dissipation(const Vectors& positions, const Vectors& velocities) const {
-  if (!batches_.damped()) return 0.0;
-  LaneResults<3> force;
-  LaneResults<2> energies;
-  double sum = 0.0;
-  forEachBatch(
-      positions, &velocities, positions_,
-      [&](const SpringBatch& batch, const SpringLanes& lanes) {
-        if (!batch.damped) return;
-        springForcesAndEnergies(lanes, force, energies);
-        energies.clear(batch.gaps);
-        sum += sumLanes(energies.of[1], batch.lanes);
-      },
-      [](auto...) {});
-  return sum;
+void Springs::addForces(const Vectors& positions, const Vectors& velocities,
+                        Vectors& forces) const {
+  addForces(positions, &velocities, forces);
+}
+
+void Springs::addForces(const Vectors& positions, const Vectors& velocities, Vectors& forces,
+                        Energy& energy, double& dissipation) const {
+  addForces(positions, &velocities, forces, energy, dissipation);
+}
+
+std::uint32_t Springs::linearise(const Vectors& positions, const Vectors& velocities, double w,
+                                 StepMatrix& matrix, Vectors& forces) const {
+  // Damping is linear in v: f(x, v) + D v = f(x, 0).
+  addForces(positions, nullptr, forces);
+  return addDerivatives(positions, velocities, {1.0, w, w * w}, Projection::kWhereNeeded, matrix);
+}
+
+void Springs::addForcesHolding(const Vectors& held, const Vectors& positions,
+                               const Vectors& velocities, Vectors& forces, Energy& energy,
+                               double& dissipation) const {
+  addForces(positions, nullptr, forces, energy, dissipation);
+  batches_.forEach([&](std::uint32_t i, std::uint32_t j, std::size_t /*lane*/, double /*stiffness*/,
+                       double damping, double /*rest_length*/) {
+    if (damping == 0.0) return;
+    const Eigen::Vector3d n = SpringDirection(held.col(j) - held.col(i)).n;
+    const double rate = n.dot(velocities.col(j) - velocities.col(i));
+    const Eigen::Vector3d f = damping * rate * n;
+    forces.col(i) += f;
+    forces.col(j) -= f;
+    dissipation += 0.5 * damping * rate * rate;
+  });
 }
 
 // With d = x_j - x_i = l n and w = v_j - v_i, f_i = k (l - L) n + k_d (w . n) n changes by
@@ -261,8 +277,9 @@ void Springs::findFloors(const Vectors& positions, const MatrixWeights& weights,
 
 // Where its mass outweighs what compressed springs take from a particle's diagonal block, the
 // matrix stays definite without projection; a spring is projected if that fails at one of its ends.
-std::uint32_t Springs::addDerivatives(const Vectors& positions, const MatrixWeights& weights,
-                                      Projection projection, StepMatrix& matrix) const {
+std::uint32_t Springs::addDerivatives(const Vectors& positions, const Vectors& /*velocities*/,
+                                      const MatrixWeights& weights, Projection projection,
+                                      StepMatrix& matrix) const {
   findFloors(positions, weights, projection, matrix);
   LaneResults<6> block;
   LaneResults<1> projected;

@@ -34,17 +34,22 @@ class Springs : public Effect {
   const SpringBatches& batches() const { return batches_; }
 
   void addEnergy(const Vectors& positions, Energy& energy) const override;
-  double dissipation(const Vectors& positions, const Vectors& velocities) const override;
   void addForces(const Vectors& positions, const Vectors& velocities,
                  Vectors& forces) const override;
   void addForces(const Vectors& positions, const Vectors& velocities, Vectors& forces,
                  Energy& energy, double& dissipation) const override;
+  void addForcesHolding(const Vectors& held, const Vectors& positions, const Vectors& velocities,
+                        Vectors& forces, Energy& energy, double& dissipation) const override;
+  bool dampingTurns() const override { return batches_.damped(); }
   void addForceDerivative(const Vectors& x, const Vectors& v, const Vectors& dx, const Vectors& dv,
                           Vectors& df) const override;
   void addPattern(PatternBuilder& pattern) const override;
   void findSlots(const BlockPattern& pattern) override;
-  std::uint32_t addDerivatives(const Vectors& positions, const MatrixWeights& weights,
-                               Projection projection, StepMatrix& matrix) const override;
+  std::uint32_t addDerivatives(const Vectors& positions, const Vectors& velocities,
+                               const MatrixWeights& weights, Projection projection,
+                               StepMatrix& matrix) const override;
+  std::uint32_t linearise(const Vectors& positions, const Vectors& velocities, double w,
+                          StepMatrix& matrix, Vectors& forces) const override;
 
  private:
   /// visit(batch, lanes) of all batches, runs first; and finish(from, to) as soon as the runs are
@@ -52,6 +57,10 @@ class Springs : public Effect {
   template <typename Visit, typename Finish>
   void forEachBatch(const Vectors& positions, const Vectors* velocities, Columns& columns,
                     Visit visit, Finish finish) const;
+  /// Without velocities, nothing is damped.
+  void addForces(const Vectors& positions, const Vectors* velocities, Vectors& forces) const;
+  void addForces(const Vectors& positions, const Vectors* velocities, Vectors& forces,
+                 Energy& energy, double& dissipation) const;
   void addTo(Vectors& forces, const SpringBatch& batch, LaneResults<3>& force) const;
   void findFloors(const Vectors& positions, const MatrixWeights& weights, Projection projection,
                   const StepMatrix& matrix) const;

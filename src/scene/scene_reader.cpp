@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "scene/calibration_reader.h"
+#include "scene/effects_reader.h"
 #include "scene/object_reader.h"
 #include "scene/references.h"
 #include "scene/timeline_reader.h"
@@ -49,17 +50,6 @@ void readSolver(const Place& place, const std::string& directory, SolverOptions&
     budget.refuse("either accuracy or budget");
   }
   keys.optional("threads").read(solver.threads, 0, 256);
-  keys.refuseUnknown();
-}
-
-void readEffects(const Place& place, EffectOptions& effects) {
-  MapReader keys(place, "a map of effects");
-  if (const Place gravity = keys.optional("gravity"); gravity.present()) {
-    effects.gravity.emplace();
-    MapReader options(gravity, "a map with acceleration");
-    options.required("acceleration").read(effects.gravity->acceleration, anyNumber("m/s^2"));
-    options.refuseUnknown();
-  }
   keys.refuseUnknown();
 }
 

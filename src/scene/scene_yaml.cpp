@@ -206,6 +206,48 @@ void writePins(Writer& yaml, const std::vector<ScenePin>& pins) {
   yaml.end();
 }
 
+void writeGeometry(Writer& yaml, const Plane& plane) {
+  yaml.add("type", "plane");
+  yaml.add("point", plane.point);
+  yaml.add("normal", plane.normal);
+}
+
+void writeGeometry(Writer& yaml, const Sphere& sphere) {
+  yaml.add("type", "sphere");
+  yaml.add("center", sphere.center);
+  yaml.add("radius", sphere.radius);
+}
+
+void writeGeometry(Writer& yaml, const Box& box) {
+  yaml.add("type", "box");
+  yaml.add("center", box.center);
+  yaml.add("size", box.size);
+  yaml.add("orientation", box.orientation);
+}
+
+void writeGeometry(Writer& yaml, const Capsule& capsule) {
+  yaml.add("type", "capsule");
+  yaml.add("start", capsule.start);
+  yaml.add("end", capsule.end);
+  yaml.add("radius", capsule.radius);
+}
+
+void writeContact(Writer& yaml, const ContactOptions& contact) {
+  yaml.begin("contact");
+  yaml.add("stiffness", contact.stiffness);
+  yaml.add("thickness", contact.thickness);
+  yaml.add("friction", contact.friction);
+  yaml.add("slip_velocity", contact.slip_velocity);
+  yaml.begin("shapes");
+  for (const ContactShape& shape : contact.shapes) {
+    yaml.begin(shape.name);
+    std::visit([&](const auto& geometry) { writeGeometry(yaml, geometry); }, shape.geometry);
+    yaml.end();
+  }
+  yaml.end();
+  yaml.end();
+}
+
 void writeEffects(Writer& yaml, const EffectOptions& effects) {
   yaml.begin("effects");
   if (effects.gravity) {
@@ -213,6 +255,12 @@ void writeEffects(Writer& yaml, const EffectOptions& effects) {
     yaml.add("acceleration", effects.gravity->acceleration);
     yaml.end();
   }
+  if (effects.air_drag) {
+    yaml.begin("air_drag");
+    yaml.add("coefficient", effects.air_drag->coefficient);
+    yaml.end();
+  }
+  if (effects.contact) writeContact(yaml, *effects.contact);
   yaml.end();
 }
 

@@ -12,6 +12,7 @@ namespace mass_spring {
 struct Drive {
   const std::vector<char>& pinned;  ///< per particle
   const Vectors* loads;             ///< N per particle, or nullptr for none
+  double time;                      ///< s, at the start
 
   bool isPinned(Eigen::Index i) const { return pinned[static_cast<std::size_t>(i)] != 0; }
 };

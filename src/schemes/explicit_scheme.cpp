@@ -41,6 +41,7 @@ void ExplicitScheme::findAccelerations(const Drive& drive, const Vectors& positi
 }
 
 void ExplicitScheme::advanceEuler(double h, const Drive& drive, State& state) {
+  setTime(model_, drive.time);
   findAccelerations(drive, state.positions, state.velocities);
   if (scheme_ == Scheme::kExplicitEuler) state.positions += h * state.velocities;
   state.velocities += h * accelerations_;
@@ -49,6 +50,7 @@ void ExplicitScheme::advanceEuler(double h, const Drive& drive, State& state) {
 
 void ExplicitScheme::advanceRungeKutta(double h, const Drive& drive, State& state,
                                        SubstepReport& report) {
+  static constexpr double kAt[4] = {0.0, 0.5, 0.5, 1.0};
   static constexpr double kAhead[4] = {0.5, 0.5, 1.0, 0.0};  // where the next stage lies
   static constexpr double kWeight[4] = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0};
   x_ = state.positions;
@@ -56,6 +58,7 @@ void ExplicitScheme::advanceRungeKutta(double h, const Drive& drive, State& stat
   sum_x_ = state.positions;
   sum_v_ = state.velocities;
   for (int stage = 0; stage < 4; ++stage) {
+    setTime(model_, drive.time + kAt[stage] * h);
     findAccelerations(drive, x_, v_);
     sum_x_ += h * kWeight[stage] * v_;
     sum_v_ += h * kWeight[stage] * accelerations_;
@@ -77,7 +80,8 @@ SubstepReport ExplicitScheme::advanceVerlet(int substeps, double h, const Drive&
   const double substep = h / substeps;
   // Velocities are known half a sub-step off the positions. Spring damping wants them where the
   // positions are: they are continued with the last acceleration, which keeps the order.
-  const auto kick = [&](double share, double ahead) {
+  const auto kick = [&](int n, double share, double ahead) {
+    setTime(model_, drive.time + n * substep);
     sumForces(model_, drive.loads, state.positions, v_, accelerations_);
     double *const v = state.velocities.data(), *const x = state.positions.data();
     double* const expected = v_.data();
@@ -91,15 +95,15 @@ SubstepReport ExplicitScheme::advanceVerlet(int substeps, double h, const Drive&
     }
   };
   sum_v_ = v_ = state.velocities;
-  kick(0.5, substep);
+  kick(0, 0.5, substep);
   // The velocities in the middle, or half a sub-step later.
   const int half = substeps / 2;
   if (half == 0) last_v_ = state.velocities;
   for (int n = 1; n < substeps; ++n) {
-    kick(1.0, substep);
+    kick(n, 1.0, substep);
     if (n == half) last_v_ = state.velocities;
   }
-  kick(0.5, 0.0);
+  kick(substeps, 0.5, 0.0);
   // Verlet misses substep^3 / 6 times the jerk in each sub-step. The jerk comes from the mean
   // accelerations of the two halves of the step, h / 2 apart: of motions much faster than the step,
   // which are stable and lose no more than their phase, the means keep little.

@@ -44,23 +44,18 @@ constexpr double kMoreMasses = 4.0, kFewerMasses = 4.0;  // factors from one att
 Newton::Newton(const Model& model, const SolverOptions& options, StepSystem& system)
     : model_(model), options_(options), length_(characteristicLength(model)), system_(system) {
   for (Vectors* vectors : {&x_, &forces_, &residual_, &right_side_, &delta_, &v_before_, &rest_,
-                           &guess_, &still_, &held_positions_}) {
+                           &guess_, &held_positions_}) {
     vectors->setZero(3, model.particleCount());
   }
-  for (const Spring& s : model.springs) damped_ = damped_ || s.damping > 0.0;
+  for (const auto& effect : model.effects) damped_ = damped_ || effect->dampingTurns();
 }
 
 void Newton::evaluate(const Stage& stage, const Drive& drive, const Vectors& v) {
   x_ = stage.positions + stage.weight * v;
   Energy energy;
   double lost = 0.0;
-  sumForces(model_, drive.loads, x_, hold_damping_ ? still_ : v, forces_, energy, lost);
-  if (hold_damping_) {
-    for (const auto& effect : model_.effects) {
-      effect->addForceDerivative(held_positions_, still_, still_, v, forces_);
-      lost += effect->dissipation(held_positions_, v);
-    }
-  }
+  sumForces(model_, drive.loads, hold_damping_ ? &held_positions_ : nullptr, x_, v, forces_, energy,
+            lost);
   const double dissipated = stage.weight * lost;
   double square = 0.0, inertia = 0.0, load = 0.0;
   for (Eigen::Index i = 0; i < v.cols(); ++i) {
@@ -78,8 +73,8 @@ void Newton::evaluate(const Stage& stage, const Drive& drive, const Vectors& v) 
   residual_norm_ = std::sqrt(square);
   potential_.value = inertia + energy.elastic + energy.gravity + dissipated - load;
   // 1e-13: a few hundred roundings of the largest terms.
-  potential_.noise =
-      1e-13 * (inertia + energy.elastic + std::abs(energy.gravity) + dissipated + std::abs(load));
+  potential_.noise = 1e-13 * (inertia + energy.elastic + std::abs(energy.gravity) +
+                              std::abs(dissipated) + std::abs(load));
 }
 
 double Newton::searchLine(const Stage& stage, const Drive& drive, Vectors& v) {
@@ -127,11 +122,11 @@ double Newton::lengthen(double slope, const StepTo& stepTo) {
   return alpha;
 }
 
-LinearSystem::Result Newton::solveForStep(const Stage& stage, const Drive& drive, double tolerance,
-                                          SubstepReport& report) {
+LinearSystem::Result Newton::solveForStep(const Stage& stage, const Drive& drive, const Vectors& v,
+                                          double tolerance, SubstepReport& report) {
   right_side_ = -residual_;
   const auto assemble = [&](Projection projection) {
-    system_.assemble(stage.weight, x_, hold_damping_ ? held_positions_ : x_, projection, report);
+    system_.assemble(stage.weight, x_, hold_damping_ ? held_positions_ : x_, v, projection, report);
     system_.decouple(drive.pinned);
   };
   const auto solve = [&] {
@@ -186,7 +181,7 @@ bool Newton::iterate(const Stage& stage, const Drive& drive, Vectors& v, Substep
       return false;
     }
     const double norm_before = residual_norm_;
-    const LinearSystem::Result linear = solveForStep(stage, drive, linear_tolerance, report);
+    const LinearSystem::Result linear = solveForStep(stage, drive, v, linear_tolerance, report);
     const double step =
         stage.weight * std::sqrt(delta_.colwise().squaredNorm().maxCoeff()) / length_;
     const double share = searchLine(stage, drive, v);

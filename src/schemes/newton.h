@@ -56,9 +56,9 @@ class Newton {
   /// `held`. Then g is exactly the gradient of Phi, A its derivative, and each step descends.
   bool descend(const Stage& stage, const Drive& drive, const Vectors& held, Vectors& v,
                SubstepReport& report);
-  /// delta_ = -A^-1 g with a matrix that is definite.
-  LinearSystem::Result solveForStep(const Stage& stage, const Drive& drive, double tolerance,
-                                    SubstepReport& report);
+  /// delta_ = -A^-1 g with a matrix that is definite, at the iterate v.
+  LinearSystem::Result solveForStep(const Stage& stage, const Drive& drive, const Vectors& v,
+                                    double tolerance, SubstepReport& report);
   /// Steps along delta_. @return the share taken, 0 if there is none that helps
   double searchLine(const Stage& stage, const Drive& drive, Vectors& v);
   /// Goes on along delta_ from its end while that pays. @return the share taken, >= 1
@@ -75,7 +75,7 @@ class Newton {
   double added_masses_ = 0.0;               // mu of the last matrix
   bool projected_ = false, crept_ = false;  // the last matrix; since the iteration began
   double residual_norm_ = 0.0;              // sqrt(g^T M^-1 g) [kg^1/2 m/s]
-  Vectors right_side_, delta_, v_before_, rest_, guess_, still_;
+  Vectors right_side_, delta_, v_before_, rest_, guess_;
   bool damped_ = false;
   bool hold_damping_ = false;
   Vectors held_positions_;  // whose directions the damping takes while it is held

@@ -86,6 +86,7 @@ void StageScheme::advanceStages(const StageTable& table, bool below_rest, double
   for (int i = 0; i < table.stages; ++i) {
     const auto stage = static_cast<std::size_t>(i);
     Vectors& accelerations = stage_accelerations_[stage];
+    setTime(model_, drive.time + table.at(i) * h);
     if (i == 0 && table.explicit_first) {
       sumForces(model_, drive.loads, state.positions, v_, accelerations);
       accelerations.array().rowwise() /= model_.masses.transpose().array();
@@ -142,6 +143,7 @@ void StageScheme::advanceTwoStep(double h, const Drive& drive, State& state,
     base_positions_.col(i) = state.positions.col(i) + (h - w) * state.velocities.col(i);
   }
   v_ = state.velocities;
+  setTime(model_, drive.time + h);
   newton_.solve({w, base_positions_, base_velocities_}, drive, v_, report);
   state.positions = base_positions_ + w * v_;
   state.velocities = v_;

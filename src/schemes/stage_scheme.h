@@ -18,6 +18,12 @@ struct StageTable {
   std::array<std::array<double, 2>, 3> below;  ///< a_ij, j < i
   bool ends_with_last;                         ///< the last stage is the result (stiffly accurate)
   std::array<double, 3> error;                 ///< b^ - b of the embedded formula; 0 = none
+
+  /// Where stage i lies in the step: the sum of its row.
+  double at(int i) const {
+    const auto& row = below[static_cast<std::size_t>(i)];
+    return row[0] + row[1] + (i == 0 && explicit_first ? 0.0 : beta);
+  }
 };
 
 /// The schemes that solve implicit stages: implicit_euler, implicit_midpoint and tr_bdf2 as tables,

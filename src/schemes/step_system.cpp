@@ -7,12 +7,13 @@ namespace mass_spring {
 StepSystem::StepSystem(const Model& model, const SolverOptions& options)
     : model_(model), matrix_(model.pattern, model.threads.get()), system_(model, options) {}
 
-void StepSystem::assemble(double w, const Vectors& x, const Vectors& x_damping,
+void StepSystem::assemble(double w, const Vectors& x, const Vectors& x_damping, const Vectors& v,
                           Projection projection, SubstepReport& report) {
   matrix_.setMasses(1.0, model_.masses);
   const auto add = [&](const Vectors& positions, const MatrixWeights& weights) {
     for (const auto& effect : model_.effects) {
-      report.projected_springs += effect->addDerivatives(positions, weights, projection, matrix_);
+      report.projected_springs +=
+          effect->addDerivatives(positions, v, weights, projection, matrix_);
     }
   };
   if (&x == &x_damping) {
@@ -20,6 +21,16 @@ void StepSystem::assemble(double w, const Vectors& x, const Vectors& x_damping,
   } else {
     add(x, {1.0, 0.0, w * w});
     add(x_damping, {1.0, w, 0.0});
+  }
+  ++report.newton_iterations;
+}
+
+void StepSystem::linearise(double w, const State& state, Vectors& forces, SubstepReport& report) {
+  matrix_.setMasses(1.0, model_.masses);
+  forces.setZero();
+  for (const auto& effect : model_.effects) {
+    report.projected_springs +=
+        effect->linearise(state.positions, state.velocities, w, matrix_, forces);
   }
   ++report.newton_iterations;
 }

@@ -14,10 +14,12 @@ class StepSystem {
  public:
   StepSystem(const Model& model, const SolverOptions& options);
 
-  /// The matrix with K at positions x and D at positions x_damping, coupled still with the pinned
-  /// particles.
-  void assemble(double w, const Vectors& x, const Vectors& x_damping, Projection projection,
-                SubstepReport& report);
+  /// The matrix with K at positions x and D at positions x_damping, both at velocities v, coupled
+  /// still with the pinned particles.
+  void assemble(double w, const Vectors& x, const Vectors& x_damping, const Vectors& v,
+                Projection projection, SubstepReport& report);
+  /// The matrix of a linearly implicit step of w [s], and the forces in it without loads.
+  void linearise(double w, const State& state, Vectors& forces, SubstepReport& report);
   /// y = A x, before decouple().
   void multiply(const Vectors& x, Vectors& y) const { matrix_.multiply(x, y); }
   /// Takes the pinned particles out of the matrix, which is then ready to be solved with.

@@ -45,6 +45,11 @@ std::optional<std::vector<State>> closedForm(const Scene& scene, const std::vect
   if (!scene.timeline.empty()) return std::nullopt;
   const Simulation simulation(scene);
   const Model& model = simulation.model();
+  for (const std::string& effect : model.effectNames()) {
+    if (effect != "springs" && effect != "spring_damping" && effect != "gravity") {
+      return std::nullopt;
+    }
+  }
   const std::vector<char>& pinned = simulation.pins().mask();
   const Eigen::Vector3d gravity =
       scene.effects.gravity ? scene.effects.gravity->acceleration : Eigen::Vector3d::Zero();

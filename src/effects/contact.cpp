@@ -1,0 +1,190 @@
+#include "effects/contact.h"
+
+#include "solvers/step_matrix.h"
+
+namespace mass_spring {
+namespace {
+
+SymmetricBlock symmetric(const Eigen::Matrix3d& m) {
+  return {m(0, 0), m(0, 1), m(0, 2), m(1, 1), m(1, 2), m(2, 2)};
+}
+
+Eigen::Vector3d across(const Eigen::Vector3d& n, const Eigen::Vector3d& v) {
+  return v - n.dot(v) * n;
+}
+
+}  // namespace
+
+Contact::Contact(const ContactOptions& options, std::uint32_t particles)
+    : options_(options),
+      friction_(options.friction.value_or(0.0)),
+      particles_(particles),
+      expected_(3, particles) {
+  for (const ContactShape& shape : options.shapes) shapes_.emplace_back(shape);
+}
+
+std::vector<std::string> Contact::names() const {
+  if (options_.friction) return {"contact", "friction"};
+  return {"contact"};
+}
+
+template <typename Visit>
+void Contact::forEachContact(const Vectors& positions, Visit visit) const {
+  for (std::uint32_t i = 0; i < particles_; ++i) {
+    const Eigen::Vector3d x = positions.col(i);
+    for (std::uint32_t s = 0; s < shapes_.size(); ++s) {
+      if (!(shapes_[s].distance(x) < options_.thickness)) continue;
+      const Surface surface = shapes_[s].at(x);
+      visit(i, s, surface, options_.thickness - surface.distance);
+    }
+  }
+}
+
+Contact::Slip Contact::slip(double speed) const {
+  const double e = options_.slip_velocity;
+  if (speed < e) return {(2.0 - speed / e) / e, -speed / (e * e)};
+  return {1.0 / speed, -1.0 / speed};
+}
+
+void Contact::addEnergy(const Vectors& positions, Energy& energy) const {
+  forEachContact(positions, [&](auto, auto, const Surface&, double depth) {
+    energy.elastic += 0.5 * options_.stiffness * depth * depth;
+  });
+}
+
+void Contact::addPressure(const Vectors& positions, Vectors& forces, Energy& energy) const {
+  forEachContact(positions, [&](std::uint32_t i, auto, const Surface& surface, double depth) {
+    const double pressure = options_.stiffness * depth;
+    energy.elastic += 0.5 * pressure * depth;
+    forces.col(i) += pressure * surface.normal;
+  });
+}
+
+void Contact::addFriction(const Vectors& positions, const Vectors& velocities, Vectors& forces,
+                          double& dissipation) const {
+  if (friction_ == 0.0) return;
+  const double e = options_.slip_velocity;
+  forEachContact(positions, [&](std::uint32_t i, auto, const Surface& surface, double depth) {
+    const double limit = friction_ * options_.stiffness * depth;
+    const Eigen::Vector3d sliding = across(surface.normal, velocities.col(i));
+    const double speed = sliding.norm(), y = speed / e;
+    forces.col(i) -= limit * slip(speed).secant * sliding;
+    dissipation += limit * e * (y < 1.0 ? y * y * (1.0 - y / 3.0) : y - 1.0 / 3.0);
+  });
+}
+
+void Contact::addForces(const Vectors& positions, const Vectors& velocities,
+                        Vectors& forces) const {
+  Energy energy;
+  double dissipation = 0.0;
+  addForces(positions, velocities, forces, energy, dissipation);
+}
+
+void Contact::addForces(const Vectors& positions, const Vectors& velocities, Vectors& forces,
+                        Energy& energy, double& dissipation) const {
+  addForcesHolding(positions, positions, velocities, forces, energy, dissipation);
+}
+
+void Contact::addForcesHolding(const Vectors& held, const Vectors& positions,
+                               const Vectors& velocities, Vectors& forces, Energy& energy,
+                               double& dissipation) const {
+  addPressure(positions, forces, energy);
+  addFriction(held, velocities, forces, dissipation);
+}
+
+// With N = k p, u = v - (n . v) n: dN = -k n . dx, dn = H dx, du = dv across n - (dn . v) n
+// - (n . v) dn, and what dv has along n stays out.
+void Contact::addForceDerivative(const Vectors& x, const Vectors& v, const Vectors& dx,
+                                 const Vectors& dv, Vectors& df) const {
+  forEachContact(x, [&](std::uint32_t i, auto, const Surface& surface, double depth) {
+    const Eigen::Vector3d& n = surface.normal;
+    const double pressure = options_.stiffness * depth;
+    const double more = -options_.stiffness * n.dot(dx.col(i));
+    const Eigen::Vector3d dn = surface.curvature * dx.col(i);
+    df.col(i) += more * n + pressure * dn;
+    if (friction_ == 0.0) return;
+    const Eigen::Vector3d sliding = across(n, v.col(i));
+    const double speed = sliding.norm();
+    const Eigen::Vector3d du = across(n, dv.col(i)) - dn.dot(v.col(i)) * n - n.dot(v.col(i)) * dn;
+    const Slip g = slip(speed);
+    Eigen::Vector3d change = g.secant * du;
+    if (speed > 0.0) {
+      const Eigen::Vector3d along = sliding / speed;
+      change += g.slope * along.dot(du) * along;
+    }
+    df.col(i) -= friction_ * (more * g.secant * sliding + pressure * change);
+  });
+}
+
+std::uint32_t Contact::addDerivatives(const Vectors& positions, const Vectors& velocities,
+                                      const MatrixWeights& weights, Projection projection,
+                                      StepMatrix& matrix) const {
+  std::uint32_t projected = 0;
+  forEachContact(positions, [&](std::uint32_t i, auto, const Surface& surface, double depth) {
+    const Eigen::Vector3d& n = surface.normal;
+    const double pressure = options_.stiffness * depth;
+    Eigen::Matrix3d block = weights.stiffness * options_.stiffness * n * n.transpose();
+    if (projection == Projection::kNone) {
+      block -= weights.stiffness * pressure * surface.curvature;
+    } else if (weights.stiffness > 0.0 && !surface.curvature.isZero(0.0)) {
+      ++projected;
+    }
+    if (friction_ > 0.0 && weights.damping > 0.0) {
+      const Eigen::Vector3d sliding = across(n, velocities.col(i));
+      const double speed = sliding.norm();
+      const Slip g = slip(speed);
+      const double weight = weights.damping * friction_ * pressure;
+      block += weight * g.secant * (Eigen::Matrix3d::Identity() - n * n.transpose());
+      if (projection == Projection::kNone && speed > 0.0) {
+        block += weight * g.slope / (speed * speed) * sliding * sliding.transpose();
+      }
+    }
+    matrix.diagonal()[i] += symmetric(block);
+  });
+  return projected;
+}
+
+std::uint32_t Contact::linearise(const Vectors& positions, const Vectors& velocities, double w,
+                                 StepMatrix& matrix, Vectors& forces) const {
+  // About the deeper one of where a particle is and where it is to be expected: what lies ahead is
+  // kept out by this step already, and what is pushed out does not fall back in.
+  expected_ = positions + w * velocities;
+  for (std::uint32_t i = 0; i < particles_; ++i) {
+    if (depth(positions.col(i)) > depth(expected_.col(i))) expected_.col(i) = positions.col(i);
+  }
+  // f(x + w u) = f(x*) - K (x + w u - x*); all friction is damping, as the projected D is a secant.
+  forEachContact(expected_, [&](std::uint32_t i, auto, const Surface& surface, double depth) {
+    const double ahead = surface.normal.dot(expected_.col(i) - positions.col(i));
+    forces.col(i) += options_.stiffness * (depth + ahead) * surface.normal;
+  });
+  return addDerivatives(expected_, velocities, {1.0, w, w * w}, Projection::kWhereNeeded, matrix);
+}
+
+double Contact::depth(const Eigen::Vector3d& point) const {
+  double deepest = 0.0;
+  for (const Shape& shape : shapes_) {
+    deepest = std::max(deepest, options_.thickness - shape.distance(point));
+  }
+  return deepest;
+}
+
+void Contact::addBounds(Eigen::VectorXd& stiffness, Eigen::VectorXd& damping) const {
+  const double k = options_.stiffness * static_cast<double>(shapes_.size());
+  stiffness.array() += k;
+  // Pressed in as deep as contact can be meant to be.
+  damping.array() += 2.0 * friction_ * k * options_.thickness / options_.slip_velocity;
+}
+
+std::vector<Touch> Contact::touches(const Vectors& positions, const Vectors& velocities) const {
+  std::vector<Touch> touches;
+  forEachContact(positions,
+                 [&](std::uint32_t i, std::uint32_t s, const Surface& surface, double depth) {
+                   const double pressure = options_.stiffness * depth;
+                   const Eigen::Vector3d sliding = across(surface.normal, velocities.col(i));
+                   const double rub = friction_ * slip(sliding.norm()).secant;
+                   touches.push_back({i, s, pressure * (surface.normal - rub * sliding)});
+                 });
+  return touches;
+}
+
+}  // namespace mass_spring

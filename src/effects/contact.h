@@ -1,0 +1,78 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "effects/effect.h"
+#include "effects/shape.h"
+
+namespace mass_spring {
+
+/// What a particle feels of a shape.
+struct Touch {
+  std::uint32_t particle;
+  std::uint32_t shape;    ///< in the order of their names
+  Eigen::Vector3d force;  ///< N, on the particle
+};
+
+/// Shapes that particles rest on and rub on. With the depth p = thickness - distance > 0 and the
+/// normal n, E = k p^2 / 2 and N = k p along n: K = k n n^T - N (dn/dx), of which the second part
+/// is dropped where a matrix has to be definite. Friction is Coulomb's, f = -mu N g(u) with the
+/// sliding velocity u across n, made smooth below the slip velocity e (Li et al., "Incremental
+/// potential contact", 2020): |g| = 2 y - y^2 for y = |u| / e < 1, else 1. It has the potential
+/// Q = mu N G(u), and D = mu N dg/du; projected, D is the secant mu N |g| / |u|, with which a
+/// linearised step never overshoots a standstill. That N and n turn with x stays out of the matrix.
+/// Everything is on the diagonal of the matrix: the pattern stays what it was.
+class Contact : public Effect {
+ public:
+  Contact(const ContactOptions& options, std::uint32_t particles);
+
+  std::vector<std::string> names() const override;
+  /// All contacts at a state, particle by particle.
+  std::vector<Touch> touches(const Vectors& positions, const Vectors& velocities) const;
+  const std::vector<Shape>& shapes() const { return shapes_; }
+
+  void addEnergy(const Vectors& positions, Energy& energy) const override;
+  void addForces(const Vectors& positions, const Vectors& velocities,
+                 Vectors& forces) const override;
+  void addForces(const Vectors& positions, const Vectors& velocities, Vectors& forces,
+                 Energy& energy, double& dissipation) const override;
+  void addForcesHolding(const Vectors& held, const Vectors& positions, const Vectors& velocities,
+                        Vectors& forces, Energy& energy, double& dissipation) const override;
+  bool dampingTurns() const override { return friction_ > 0.0; }
+  void addForceDerivative(const Vectors& x, const Vectors& v, const Vectors& dx, const Vectors& dv,
+                          Vectors& df) const override;
+  std::uint32_t addDerivatives(const Vectors& positions, const Vectors& velocities,
+                               const MatrixWeights& weights, Projection projection,
+                               StepMatrix& matrix) const override;
+  /// About the positions that are to be expected: what a step leads into a shape is kept out by
+  /// that step already.
+  std::uint32_t linearise(const Vectors& positions, const Vectors& velocities, double w,
+                          StepMatrix& matrix, Vectors& forces) const override;
+  void addBounds(Eigen::VectorXd& stiffness, Eigen::VectorXd& damping) const override;
+
+ private:
+  /// |g| / |u| [s/m] and its derivative along u, times |u|.
+  struct Slip {
+    double secant, slope;
+  };
+  Slip slip(double speed) const;
+  /// m, the largest in all shapes; 0 = in none.
+  double depth(const Eigen::Vector3d& point) const;
+  void addPressure(const Vectors& positions, Vectors& forces, Energy& energy) const;
+  /// Friction by the normals and the pressures at some positions.
+  void addFriction(const Vectors& positions, const Vectors& velocities, Vectors& forces,
+                   double& dissipation) const;
+  /// visit(particle, shape number, surface, depth) of all contacts.
+  template <typename Visit>
+  void forEachContact(const Vectors& positions, Visit visit) const;
+
+  ContactOptions options_;
+  double friction_;
+  std::vector<Shape> shapes_;
+  std::uint32_t particles_;
+  mutable Vectors expected_;
+};
+
+}  // namespace mass_spring

@@ -1,0 +1,94 @@
+#include "effects/shape.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "scene/object_parts.h"
+
+namespace mass_spring {
+namespace {
+
+Eigen::Isometry3d placed(const Eigen::Vector3d& position, const Eigen::Matrix3d& rotation) {
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.translation() = position;
+  pose.linear() = rotation;
+  return pose;
+}
+
+Eigen::Matrix3d zTo(const Eigen::Vector3d& direction) {
+  return Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), direction).toRotationMatrix();
+}
+
+/// The distance to a place is |d|, d from there to the point.
+Surface around(const Eigen::Vector3d& d, double radius, const Eigen::Matrix3d& free_directions) {
+  const double length = d.norm();
+  if (length == 0.0) return {-radius, Eigen::Vector3d::UnitX(), Eigen::Matrix3d::Zero()};
+  const Eigen::Vector3d n = d / length;
+  return {length - radius, n, (free_directions - n * n.transpose()) / length};
+}
+
+}  // namespace
+
+Shape::Shape(const ContactShape& shape) : name_(shape.name) {
+  if (const auto* plane = std::get_if<mass_spring::Plane>(&shape.geometry)) {
+    geometry_ = Plane{};
+    pose_ = placed(plane->point, zTo(plane->normal));
+  } else if (const auto* sphere = std::get_if<mass_spring::Sphere>(&shape.geometry)) {
+    geometry_ = Sphere{sphere->radius};
+    pose_ = placed(sphere->center, Eigen::Matrix3d::Identity());
+  } else if (const auto* box = std::get_if<mass_spring::Box>(&shape.geometry)) {
+    geometry_ = Box{0.5 * box->size};
+    pose_ = placed(box->center, rotation(box->orientation));
+  } else {
+    const auto& capsule = std::get<mass_spring::Capsule>(shape.geometry);
+    const Eigen::Vector3d axis = capsule.end - capsule.start;
+    geometry_ = Capsule{0.5 * axis.norm(), capsule.radius};
+    pose_ = placed(0.5 * (capsule.start + capsule.end), zTo(axis));
+  }
+}
+
+double Shape::distance(const Eigen::Vector3d& point) const {
+  const Eigen::Vector3d p = pose_.linear().transpose() * (point - pose_.translation());
+  if (std::holds_alternative<Plane>(geometry_)) return p.z();
+  if (const auto* sphere = std::get_if<Sphere>(&geometry_)) return p.norm() - sphere->radius;
+  if (const auto* box = std::get_if<Box>(&geometry_)) {
+    const Eigen::Vector3d beyond = p.cwiseAbs() - box->half;
+    const double deepest = beyond.maxCoeff();
+    return deepest > 0.0 ? beyond.cwiseMax(0.0).norm() : deepest;
+  }
+  const auto& capsule = std::get<Capsule>(geometry_);
+  const double along = std::clamp(p.z(), -capsule.half, capsule.half);
+  return Eigen::Vector3d(p.x(), p.y(), p.z() - along).norm() - capsule.radius;
+}
+
+Surface Shape::at(const Eigen::Vector3d& point) const {
+  const Eigen::Matrix3d turn = pose_.linear();
+  const Eigen::Vector3d p = turn.transpose() * (point - pose_.translation());
+  Surface surface{p.z(), Eigen::Vector3d::UnitZ(), Eigen::Matrix3d::Zero()};
+  if (const auto* sphere = std::get_if<Sphere>(&geometry_)) {
+    surface = around(p, sphere->radius, Eigen::Matrix3d::Identity());
+  } else if (const auto* box = std::get_if<Box>(&geometry_)) {
+    const Eigen::Vector3d beyond = p.cwiseAbs() - box->half;
+    Eigen::Index axis = 0;
+    const double deepest = beyond.maxCoeff(&axis);
+    if (deepest > 0.0) {
+      const Eigen::Vector3d nearest = p.cwiseMax(-box->half).cwiseMin(box->half);
+      const Eigen::Vector3d free_directions = (beyond.array() > 0.0).cast<double>();
+      surface = around(p - nearest, 0.0, free_directions.asDiagonal());
+    } else {
+      surface.distance = deepest;
+      surface.normal = std::copysign(1.0, p[axis]) * Eigen::Vector3d::Unit(axis);
+    }
+  } else if (const auto* capsule = std::get_if<Capsule>(&geometry_)) {
+    const double along = std::clamp(p.z(), -capsule->half, capsule->half);
+    const bool beside = along == p.z();
+    const Eigen::Vector3d free_directions(1.0, 1.0, beside ? 0.0 : 1.0);
+    surface =
+        around(p - Eigen::Vector3d(0.0, 0.0, along), capsule->radius, free_directions.asDiagonal());
+  }
+  surface.normal = turn * surface.normal;
+  surface.curvature = turn * surface.curvature * turn.transpose();
+  return surface;
+}
+
+}  // namespace mass_spring

@@ -1,0 +1,86 @@
+#include "scene/effects_reader.h"
+
+namespace mass_spring {
+namespace {
+
+void readDirection(const Place& place, Eigen::Vector3d& direction) {
+  const bool read = place.read(direction, anyNumber(""));
+  if (read && !(direction.norm() > 0.0)) place.refuse("a direction that is not 0");
+}
+
+void readGeometry(std::size_t type, MapReader& keys, ContactShape& shape) {
+  if (type == 0) {
+    Plane& plane = shape.geometry.emplace<Plane>();
+    keys.required("point").read(plane.point, anyNumber("m"));
+    readDirection(keys.required("normal"), plane.normal);
+  } else if (type == 1) {
+    Sphere& sphere = shape.geometry.emplace<Sphere>();
+    keys.required("center").read(sphere.center, anyNumber("m"));
+    keys.required("radius").read(sphere.radius, positive("m"));
+  } else if (type == 2) {
+    Box& box = shape.geometry.emplace<Box>();
+    keys.required("center").read(box.center, anyNumber("m"));
+    keys.required("size").read(box.size, positive("m"));
+    keys.optional("orientation").read(box.orientation, anyNumber("rad"));
+  } else {
+    Capsule& capsule = shape.geometry.emplace<Capsule>();
+    const bool has_start = keys.required("start").read(capsule.start, anyNumber("m"));
+    const Place end = keys.required("end");
+    const bool has_end = end.read(capsule.end, anyNumber("m"));
+    if (has_start && has_end && capsule.start == capsule.end) {
+      end.report("the start", "another point; for a ball: type: sphere");
+    }
+    keys.required("radius").read(capsule.radius, positive("m"));
+  }
+}
+
+void readShapes(const Place& place, std::vector<ContactShape>& shapes) {
+  static const std::vector<std::string> kTypes = {"plane", "sphere", "box", "capsule"};
+  const std::string expected = "a map of at least one shape";
+  const Tree::Map* map = place.map(expected);
+  if (map == nullptr) return;
+  if (map->empty()) return place.refuse(expected);
+  for (const auto& [name, tree] : *map) {
+    const Place entry = place.child(name, true);
+    if (!isName(name)) entry.report(name, kNameRule);
+    ContactShape shape;
+    shape.name = name;
+    MapReader keys(entry, "a map with type");
+    std::size_t type = 0;
+    if (!keys.required("type").read(type, kTypes)) continue;
+    readGeometry(type, keys, shape);
+    keys.refuseUnknown();
+    shapes.push_back(std::move(shape));
+  }
+}
+
+}  // namespace
+
+void readEffects(const Place& place, EffectOptions& effects) {
+  MapReader keys(place, "a map of effects");
+  if (const Place gravity = keys.optional("gravity"); gravity.present()) {
+    effects.gravity.emplace();
+    MapReader options(gravity, "a map with acceleration");
+    options.required("acceleration").read(effects.gravity->acceleration, anyNumber("m/s^2"));
+    options.refuseUnknown();
+  }
+  if (const Place drag = keys.optional("air_drag"); drag.present()) {
+    effects.air_drag.emplace();
+    MapReader options(drag, "a map with coefficient");
+    options.required("coefficient").read(effects.air_drag->coefficient, atLeastZero("N s/m"));
+    options.refuseUnknown();
+  }
+  if (const Place contact = keys.optional("contact"); contact.present()) {
+    ContactOptions& options = effects.contact.emplace();
+    MapReader reader(contact, "a map with stiffness and shapes");
+    reader.required("stiffness").read(options.stiffness, positive("N/m"));
+    reader.optional("thickness").read(options.thickness, atLeastZero("m"));
+    reader.optional("friction").read(options.friction, atLeastZero(""));
+    reader.optional("slip_velocity").read(options.slip_velocity, positive("m/s"));
+    readShapes(reader.required("shapes"), options.shapes);
+    reader.refuseUnknown();
+  }
+  keys.refuseUnknown();
+}
+
+}  // namespace mass_spring
