@@ -53,6 +53,7 @@ void addReference(const StudyOptions& options, Study& study) {
   reference.interrupted = study.interrupted;
   study.reference = findReference(study.scene, reference);
   study.compared = framesToCompare(study.reference);
+  study.modes = findModes(study.scene, study.reference, study.frame_rate, study.compared);
 }
 
 /// Makes the folder, before anything takes long.

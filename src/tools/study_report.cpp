@@ -68,6 +68,42 @@ const StudyRow* bestInRealTime(const Study& study, const std::vector<StudyRow>& 
   return best;
 }
 
+/// How well the settings meet the scene's modes.
+std::string modesText(const Study& study, const std::vector<StudyRow>& rows) {
+  std::ostringstream out;
+  out.precision(4);
+  out << "\n## Near rest: frequency and damping\n\n";
+  if (!study.modes.reason.empty()) {
+    out << "No modes of this scene were compared: " << study.modes.reason << ".\n";
+    return out.str();
+  }
+  out << "From " << static_cast<double>(study.modes.first + 1) / study.frame_rate
+      << " s on the scene is near a shape at rest. The slowest modes that carry notable energy "
+         "there:\n\n| share of the energy | linearised: frequency | damping ratio | the "
+         "reference: frequency | damping ratio | not explained |\n|---|---|---|---|---|---|\n";
+  // A ratio to the sixth digit; zero without a sign.
+  const auto ratio = [](double value) { return std::round(1e6 * value) / 1e6 + 0.0; };
+  for (const Mode& mode : study.modes.modes) {
+    out << "| " << ratio(mode.share) << " | " << mode.linear.frequency << " Hz | "
+        << ratio(mode.linear.damping) << " | " << mode.truth.frequency << " Hz | "
+        << ratio(mode.truth.damping) << " | " << ratio(mode.truth.misfit) << " |\n";
+  }
+  out << "\nThe cheapest setting that errs by no more, relative in frequency and absolute in "
+         "damping ratio, on all of them (all settings: mode_frequency_error and mode_damping_error "
+         "of results.csv):\n\n| error | setting | of frequency | of damping ratio | speed "
+         "|\n|---|---|---|---|---|\n";
+  for (const double error : {0.1, 0.01, 0.001}) {
+    out << "| " << error << " | ";
+    if (const StudyRow* row = cheapestForModes(rows, error)) {
+      out << describe(row->setting) << " | " << row->mode_errors->frequency << " | "
+          << row->mode_errors->damping << " | " << inRealTime(study, *row) << " |\n";
+    } else {
+      out << "no setting that was measured | | | |\n";
+    }
+  }
+  return out.str();
+}
+
 }  // namespace
 
 const std::vector<double> kStudyErrors = {1e-2, 1e-3, 1e-4, 1e-5};
@@ -131,6 +167,7 @@ std::string summary(const Study& study, const std::vector<StudySeries>& series,
   for (const double rate : {60.0, 240.0}) {
     out << "| 1/" << rate << " s | " << cell(study, bestInRealTime(study, rows, rate)) << " |\n";
   }
+  out << modesText(study, rows);
   out << "\n## How far the scene can be known\n\n" << horizonText(study) << "\nThe reference is ";
   if (reference.exact) {
     out << "the closed form of the motion; rk4";

@@ -56,6 +56,7 @@ StudyRow runOnce(const Study& study, const StudySetting& setting, double patienc
   const auto steps_per_frame =
       static_cast<std::uint64_t>(std::lround(setting.rate / study.frame_rate));
   Errors errors;
+  std::vector<std::vector<double>> amplitudes(study.modes.modes.size());
   StepTimes times;
   StepStatus worst = StepStatus::kConverged;
   bool whole = true;
@@ -73,6 +74,9 @@ StudyRow runOnce(const Study& study, const StudySetting& setting, double patienc
     if (whole && frame < study.compared) {
       errors.add(study.reference, simulation.model(), simulation.state(),
                  study.reference.frames[frame]);
+      for (std::size_t k = 0; k < amplitudes.size() && frame >= study.modes.first; ++k) {
+        amplitudes[k].push_back(study.modes.modes[k].amplitude(simulation.state().positions));
+      }
     }
   }
   row.step_median = times.quantile(0.5);
@@ -84,6 +88,10 @@ StudyRow runOnce(const Study& study, const StudySetting& setting, double patienc
   row.max_error = whole ? errors.largest : INFINITY;
   row.energy_error = whole ? errors.energy : INFINITY;
   row.momentum_error = whole ? errors.momentum : INFINITY;
+  if (!amplitudes.empty()) {
+    row.mode_errors =
+        whole ? compare(study.modes, amplitudes, study.frame_rate) : ModeErrors{INFINITY, INFINITY};
+  }
   row.end_energy = energy(simulation.model(), simulation.state()).total();
   row.end_height = meanHeight(study.scene, simulation.state());
   return row;

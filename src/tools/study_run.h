@@ -4,6 +4,7 @@
 
 #include "mass_spring_sim/model.h"
 #include "mass_spring_sim/scene.h"
+#include "tools/modes.h"
 #include "tools/reference.h"
 #include "tools/study_table.h"
 
@@ -19,6 +20,7 @@ struct Study {
   double frame_rate = 0.0;  ///< Hz, at which states are compared
   Reference reference;
   std::size_t compared = 0;  ///< frames, from the first, that the errors are taken from
+  Modes modes;               ///< of those frames
   std::function<bool()> interrupted = [] { return false; };
 };
 

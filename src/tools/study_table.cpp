@@ -13,8 +13,9 @@ namespace {
 constexpr const char* kHeader =
     "scheme,rate,substeps,newton_tolerance,rms_error_m,max_error_m,energy_error_j,wall_seconds,"
     "step_median_s,status,accuracy_m,momentum_error_kg_m_s,end_energy_j,end_height_m,steps,"
-    "substeps_total,newton_iterations,linear_iterations,factorizations,unconverged_steps";
-constexpr std::size_t kColumns = 20;
+    "substeps_total,newton_iterations,linear_iterations,factorizations,unconverged_steps,"
+    "mode_frequency_error,mode_damping_error";
+constexpr std::size_t kColumns = 22;
 
 /// All digits of a double; nothing where there is none.
 std::string allDigits(double value) {
@@ -68,7 +69,18 @@ StudyRow parse(const std::vector<std::string>& fields) {
                                    &row.totals.factorizations,
                                    &row.totals.unconverged_steps};
   for (std::size_t k = 0; k < 6; ++k) *counts[k] = std::stoull(fields[14 + k]);
+  if (!fields[20].empty()) row.mode_errors = {toNumber(fields[20]), toNumber(fields[21])};
   return row;
+}
+
+template <typename Good>
+const StudyRow* cheapestOf(const std::vector<StudyRow>& rows, Good good) {
+  const StudyRow* best = nullptr;
+  for (const StudyRow& row : rows) {
+    if (!row.usable() || !good(row)) continue;
+    if (best == nullptr || row.wall_seconds < best->wall_seconds) best = &row;
+  }
+  return best;
 }
 
 }  // namespace
@@ -100,7 +112,10 @@ std::string toCsv(const StudyRow& row) {
        << allDigits(row.end_energy) << ',' << allDigits(row.end_height) << ',' << row.totals.steps
        << ',' << row.totals.substeps << ',' << row.totals.newton_iterations << ','
        << row.totals.linear_iterations << ',' << row.totals.factorizations << ','
-       << row.totals.unconverged_steps;
+       << row.totals.unconverged_steps << ',';
+  if (row.mode_errors) line << allDigits(row.mode_errors->frequency);
+  line << ',';
+  if (row.mode_errors) line << allDigits(row.mode_errors->damping);
   return line.str();
 }
 
@@ -139,12 +154,14 @@ std::vector<StudyRow> frontier(const std::vector<StudyRow>& rows) {
 }
 
 const StudyRow* cheapest(const std::vector<StudyRow>& rows, double error) {
-  const StudyRow* best = nullptr;
-  for (const StudyRow& row : rows) {
-    if (!row.usable() || !(row.rms_error <= error)) continue;
-    if (best == nullptr || row.wall_seconds < best->wall_seconds) best = &row;
-  }
-  return best;
+  return cheapestOf(rows, [&](const StudyRow& row) { return row.rms_error <= error; });
+}
+
+const StudyRow* cheapestForModes(const std::vector<StudyRow>& rows, double error) {
+  return cheapestOf(rows, [&](const StudyRow& row) {
+    return row.mode_errors && row.mode_errors->frequency <= error &&
+           row.mode_errors->damping <= error;
+  });
 }
 
 }  // namespace mass_spring

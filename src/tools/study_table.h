@@ -7,6 +7,7 @@
 
 #include "mass_spring_sim/scheme.h"
 #include "mass_spring_sim/step_report.h"
+#include "tools/modes.h"
 
 namespace mass_spring {
 
@@ -37,6 +38,7 @@ struct StudyRow {
   double end_energy = 0.0;      ///< J, at the end of the duration, beyond any horizon
   double end_height = 0.0;      ///< m, mean of the particles along -gravity there
   StepTotals totals;            ///< of one run
+  std::optional<ModeErrors> mode_errors;  ///< near a shape at rest
 
   /// Whether its errors mean anything.
   bool usable() const { return status == "converged" || status == "degraded"; }
@@ -53,5 +55,8 @@ std::vector<StudyRow> readStudyRows(std::istream& file);
 std::vector<StudyRow> frontier(const std::vector<StudyRow>& rows);
 /// The cheapest usable row with an RMS error [m] of at most this; nullptr if there is none.
 const StudyRow* cheapest(const std::vector<StudyRow>& rows, double error);
+/// The cheapest usable row with errors of the modes of at most this, relative frequency and damping
+/// ratio alike; nullptr if there is none.
+const StudyRow* cheapestForModes(const std::vector<StudyRow>& rows, double error);
 
 }  // namespace mass_spring
