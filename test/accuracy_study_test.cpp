@@ -11,12 +11,14 @@
 #include <map>
 #include <sstream>
 
+#include "mass_spring_sim/measures.h"
 #include "mass_spring_sim/scene_reader.h"
 #include "process.h"
 #include "scene_text.h"
 #include "stability_function.h"
 #include "tools/closed_form.h"
 #include "tools/set_path.h"
+#include "tools/study_end.h"
 #include "tools/study_run.h"
 #include "tools/study_sweep.h"
 #include "tools/study_table.h"
@@ -43,6 +45,41 @@ pins:
 effects:
   gravity: {acceleration: [0.0, 0.0, -9.81]}
 )";
+
+// A bob that bounces on a damped spring below a pin: linear, and every scheme's answer is known.
+constexpr const char* kBouncing = R"(
+rate: 60.0
+solver: {scheme: tr_bdf2, newton_tolerance: 1.0e-12, threads: 1}
+objects:
+  bob:
+    type: particles
+    positions: [[0.0, 0.0, 1.0], [0.0, 0.0, 0.45]]
+    masses: 0.1
+    springs: [[0, 1]]
+    stiffness: 50.0
+    damping: 0.3
+    rest_lengths: 0.52
+pins: {nail: {object: bob, particles: [0]}}
+effects: {gravity: {acceleration: [0.0, 0.0, -9.81]}}
+)";
+
+/// A study of a scene whose frames come at its rate, without a program around it.
+Study studyOf(const Scene& scene, double duration) {
+  Study study;
+  study.scene = scene;
+  study.duration = duration;
+  study.frame_rate = study.scene.rate;
+  ReferenceOptions options;
+  options.duration = duration;
+  options.frame_rate = study.frame_rate;
+  study.reference = findReference(study.scene, options);
+  study.compared = study.reference.frames.size();
+  study.modes = findModes(study.scene, study.reference, study.frame_rate, study.compared);
+  return study;
+}
+Study studyOf(const std::string& scene, double duration) {
+  return studyOf(readScene(readYamlText(scene, "scene"), ""), duration);
+}
 
 class AccuracyStudy : public ::testing::Test {
  protected:
@@ -258,6 +295,53 @@ TEST(Reference, EndsItsHorizonWhereTwoStartsPart) {
   EXPECT_EQ(reference.horizon(1e-10), 0u);
 }
 
+// A triple pendulum forgets its start within seconds.
+constexpr const char* kTriplePendulum = R"(
+rate: 60.0
+solver: {scheme: tr_bdf2, threads: 1}
+objects:
+  chain:
+    type: particles
+    positions: [[0.0, 0.0, 0.0], [0.1, 0.0, 0.02], [0.2, 0.01, 0.0], [0.3, 0.0, 0.05]]
+    masses: 0.1
+    springs: [[0, 1], [1, 2], [2, 3]]
+    stiffness: 300.0
+pins: {nail: {object: chain, particles: [0]}}
+effects: {gravity: {acceleration: [0.0, 0.0, -9.81]}}
+)";
+
+TEST(End, TellsTheSpreadOfStartsBeyondTheHorizon) {
+  Study study = studyOf(kTriplePendulum, 8.0);
+  const Reference& reference = study.reference;
+  ASSERT_LT(reference.horizon(1e-3), reference.frames.size());
+  ASSERT_EQ(reference.ends.size(), kStarts);
+  for (std::size_t a = 0; a < kStarts; ++a) {
+    for (std::size_t b = 0; b < a; ++b) {
+      EXPECT_GT(reference.distance(reference.ends[a].positions, reference.ends[b].positions), 1e-3);
+    }
+  }
+  StudyRow row;
+  row.setting = {Scheme::kRk4, 60.0, 1, {}, {}};
+  row.status = "converged";
+  row.end_height = 100.0;
+  EXPECT_NE(endText(study, {row}).find("| rk4, 60 Hz | "), std::string::npos);
+  EXPECT_NE(endText(study, {row}).find("| no |"), std::string::npos);
+  row.end_height = meanHeight(study.scene, reference.ends[0]);
+  row.end_energy = energy(buildModel(study.scene), reference.ends[0]).total();
+  EXPECT_NE(endText(study, {row}).find("| yes |"), std::string::npos);  // it is one of them
+  study = studyOf(kBouncing, 0.2);
+  EXPECT_EQ(study.reference.ends.size(), 1u);
+}
+
+TEST(End, KnowsTheStatisticsOfAFew) {
+  const Statistics some = statistics({1.0, 2.0, 3.0, 6.0});
+  EXPECT_DOUBLE_EQ(some.mean, 3.0);
+  EXPECT_DOUBLE_EQ(some.deviation, std::sqrt(14.0 / 3.0));
+  EXPECT_DOUBLE_EQ(some.deviations(3.0), 0.0);
+  EXPECT_DOUBLE_EQ(some.deviations(3.0 - 2.0 * some.deviation), -2.0);
+  EXPECT_LT(usualDeviations(4), usualDeviations(3));
+}
+
 // Three particles on their own: one on a damped spring, one overdamped and thrown, one that falls.
 TEST(ClosedForm, AgreesWithRk4) {
   constexpr const char* kScene = R"(
@@ -295,24 +379,6 @@ effects: {gravity: {acceleration: [0.0, 0.0, -9.81]}}
   }
 }
 
-/// A study of a scene whose frames come at its rate, without a program around it.
-Study studyOf(const Scene& scene, double duration) {
-  Study study;
-  study.scene = scene;
-  study.duration = duration;
-  study.frame_rate = study.scene.rate;
-  ReferenceOptions options;
-  options.duration = duration;
-  options.frame_rate = study.frame_rate;
-  study.reference = findReference(study.scene, options);
-  study.compared = study.reference.frames.size();
-  study.modes = findModes(study.scene, study.reference, study.frame_rate, study.compared);
-  return study;
-}
-Study studyOf(const std::string& scene, double duration) {
-  return studyOf(readScene(readYamlText(scene, "scene"), ""), duration);
-}
-
 /// The oscillation of e^(s t).
 Oscillation oscillationOf(const std::complex<double>& s) {
   return {std::abs(s.imag()) / (2.0 * M_PI), -s.real() / std::abs(s)};
@@ -338,23 +404,6 @@ TEST(Modes, FindADampedOscillationExactly) {
   samples.resize(5);
   EXPECT_FALSE(fitOscillation(samples, interval, 1));
 }
-
-// A bob that bounces on a damped spring below a pin: linear, and every scheme's answer is known.
-constexpr const char* kBouncing = R"(
-rate: 60.0
-solver: {scheme: tr_bdf2, newton_tolerance: 1.0e-12, threads: 1}
-objects:
-  bob:
-    type: particles
-    positions: [[0.0, 0.0, 1.0], [0.0, 0.0, 0.45]]
-    masses: 0.1
-    springs: [[0, 1]]
-    stiffness: 50.0
-    damping: 0.3
-    rest_lengths: 0.52
-pins: {nail: {object: bob, particles: [0]}}
-effects: {gravity: {acceleration: [0.0, 0.0, -9.81]}}
-)";
 
 TEST(Modes, ErrAsTheTheoryOfEachScheme) {
   const Study study = studyOf(kBouncing, 1.0);

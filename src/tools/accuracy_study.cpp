@@ -23,6 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr double kStartsShare = 0.1;     // of the time limit, for starts that part from it
 constexpr double kReferenceShare = 0.3;  // of the time limit, after which it is not refined
 
 void writeFile(const fs::path& path, const std::string& text) {
@@ -50,6 +51,7 @@ void addReference(const StudyOptions& options, Study& study) {
   reference.duration = options.duration;
   reference.frame_rate = study.frame_rate;
   reference.seconds = kReferenceShare * options.time_limit;
+  reference.starts_seconds = kStartsShare * options.time_limit;
   reference.interrupted = study.interrupted;
   study.reference = findReference(study.scene, reference);
   study.compared = framesToCompare(study.reference);

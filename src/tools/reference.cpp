@@ -17,6 +17,7 @@ namespace {
 constexpr double kShare = 0.6;
 constexpr double kLongestStep = 5e-4;  // s
 constexpr double kApart = 1e-9;        // m
+constexpr double kPredictable = 1e-3;  // m
 constexpr int kMostSubsteps = 100000;
 
 std::vector<State> run(Scene scene, int substeps, const ReferenceOptions& options) {
@@ -45,7 +46,7 @@ std::vector<State> run(Scene scene, int substeps, const ReferenceOptions& option
 
 }  // namespace
 
-Scene movedApart(const Scene& scene, double apart) {
+Scene movedApart(const Scene& scene, double apart, std::size_t start) {
   const Model model = buildModel(scene);
   Scene moved = scene;
   for (std::size_t o = 0; o < model.objects.size(); ++o) {
@@ -55,8 +56,9 @@ Scene movedApart(const Scene& scene, double apart) {
     particles.rest_lengths.emplace();
     for (std::uint32_t p = 0; p < object.particle_count; ++p) {
       const Eigen::Index i = object.first_particle + p;
-      const Eigen::Vector3d direction(std::sin(1.0 + i), std::sin(2.0 + 3.0 * i),
-                                      std::sin(3.0 + 7.0 * i));
+      const double k = 1.0 + static_cast<double>(start);
+      const Eigen::Vector3d direction(std::sin(k * (1.0 + i)), std::sin(k * (2.0 + 3.0 * i)),
+                                      std::sin(k * (3.0 + 7.0 * i)));
       particles.positions.push_back(model.start.positions.col(i) + apart * direction);
       particles.velocities.push_back(model.start.velocities.col(i));
       particles.masses.push_back(model.masses[i]);
@@ -113,8 +115,19 @@ Reference findReference(const Scene& scene, const ReferenceOptions& options) {
   };
   std::vector<State> coarse = run(scene, substeps, options);
   reference.frames = coarse;
-  reference.apart = run(movedApart(scene, kApart), substeps, options);
-  reference.spread = compare(reference.apart);
+  const double first = wallClock();
+  const auto runApart = [&] {
+    return run(movedApart(scene, kApart, reference.ends.size()), substeps, options);
+  };
+  const std::vector<State> apart = runApart();
+  const double seconds = wallClock() - first;
+  reference.spread = compare(apart);
+  reference.ends.push_back(apart.back());
+  const double more = wallClock() + options.starts_seconds;
+  while (reference.horizon(kPredictable) < apart.size() && reference.ends.size() < kStarts &&
+         wallClock() + seconds <= more) {
+    reference.ends.push_back(runApart().back());
+  }
   std::vector<double> times;
   for (const State& state : coarse) times.push_back(state.time);
   if (std::optional<std::vector<State>> states = closedForm(scene, times)) {

@@ -8,6 +8,8 @@
 
 namespace mass_spring {
 
+constexpr std::size_t kStarts = 4;
+
 /// Where the particles of a scene truly are, and how far that can be known.
 struct Reference {
   double rate = 0.0;           ///< Hz, of its steps
@@ -16,8 +18,10 @@ struct Reference {
   std::vector<State> frames;   ///< after each frame
   std::vector<double> doubt;   ///< m, per frame: to rk4 with half as many sub-steps, or at all
   std::vector<double> spread;  ///< m, per frame: to a run whose start is 1e-9 m apart
-  std::vector<State> apart;    ///< that run
-  std::vector<char> pinned;    ///< per particle, at the start
+  /// At the end, of that run; and, where 1 mm cannot be predicted so long, of up to kStarts such
+  /// runs, each moved in other directions.
+  std::vector<State> ends;
+  std::vector<char> pinned;  ///< per particle, at the start
 
   /// m, root mean square over the particles that no pin of the scene holds.
   double distance(const Vectors& a, const Vectors& b) const;
@@ -28,11 +32,12 @@ struct Reference {
 };
 
 struct ReferenceOptions {
-  double duration = 0.0;    ///< s, > 0
-  double frame_rate = 0.0;  ///< Hz; the scene's rate is a multiple of it
-  double finest = 1e-5;     ///< m, smallest error of interest: before it spreads so far, ...
-  double doubt = 1e-7;      ///< m, ... the doubt shall be no larger
-  double seconds = 1e9;     ///< wall time after which no finer run is begun
+  double duration = 0.0;        ///< s, > 0
+  double frame_rate = 0.0;      ///< Hz; the scene's rate is a multiple of it
+  double finest = 1e-5;         ///< m, smallest error of interest: before it spreads so far, ...
+  double doubt = 1e-7;          ///< m, ... the doubt shall be no larger
+  double seconds = 1e9;         ///< wall time after which no finer run is begun
+  double starts_seconds = 1e9;  ///< wall time for further starts
   std::function<bool()> interrupted = [] { return false; };
 };
 
@@ -42,7 +47,7 @@ struct ReferenceOptions {
 Reference findReference(const Scene& scene, const ReferenceOptions& options);
 
 /// The scene particle by particle, each at the start moved by `apart` [m] in a direction of its
-/// own.
-Scene movedApart(const Scene& scene, double apart);
+/// own, another one for each start, [0, kStarts).
+Scene movedApart(const Scene& scene, double apart, std::size_t start);
 
 }  // namespace mass_spring

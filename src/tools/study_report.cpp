@@ -10,9 +10,8 @@
 #include <sstream>
 #include <thread>
 
-#include "mass_spring_sim/measures.h"
 #include "mass_spring_sim/scene_reader.h"
-#include "mass_spring_sim/simulation.h"
+#include "tools/study_end.h"
 
 namespace mass_spring {
 namespace {
@@ -177,17 +176,7 @@ std::string summary(const Study& study, const std::vector<StudySeries>& series,
   }
   out << " differs by " << reference.largestDoubt(study.compared) << " m at the most up to "
       << until << " s. Errors below " << millimetres(shown) << " are not shown.\n\n";
-  const Simulation simulation(study.scene);
-  const State& last = reference.frames.back();
-  const State& apart = reference.apart.back();
-  const double end = energy(simulation.model(), last).total();
-  const double height = meanHeight(study.scene, last);
-  out << "At the end, " << study.duration << " s: total energy " << end << " J, mean height "
-      << height << " m; from the start 1e-9 m apart they differ by "
-      << std::abs(energy(simulation.model(), apart).total() - end) << " J and "
-      << std::abs(meanHeight(study.scene, apart) - height)
-      << " m. The columns end_energy_j and end_height_m of results.csv say what each setting makes "
-         "of them.\n\n## Where each scheme was left\n\n"
+  out << endText(study, rows) << "\n## Where each scheme was left\n\n"
       << "| scheme | finest setting | its error | speed | why no finer |\n|---|---|---|---|---|\n";
   for (const StudySeries& one : series) {
     if (one.rows.empty()) continue;
