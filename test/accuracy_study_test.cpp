@@ -287,6 +287,86 @@ TEST(StudyTable, FindsTheFrontier) {
   EXPECT_EQ(cheapest(rows, 1e-5), nullptr);
 }
 
+/// A row of what errs by `error` [m], or explodes.
+StudyRow rowOf(const StudySetting& setting, std::optional<double> error) {
+  StudyRow row;
+  row.setting = setting;
+  row.status = error ? "converged" : "exploded";
+  row.rms_error = error.value_or(INFINITY);
+  row.wall_seconds = 1e-6 * setting.stepRate();
+  return row;
+}
+
+TEST(StudySeries, FindsTheEdgeOfStabilityToAThird) {
+  Scene scene = readScene(readYamlText(kPendulum, "pendulum"), "");
+  StudyOptions options;
+  options.schemes = {Scheme::kRk4};
+  // Wherever the edge is, in steps a second: where rates are doubled, where sub-steps are.
+  for (const double edge : {35.0, 70.0, 190.0, 250.0, 410.0, 900.0, 3500.0, 5000.0}) {
+    StudySeries series = makeSeries(scene, options)[0];
+    while (series.end.empty()) {
+      const StudySetting& setting = series.settings[series.next];
+      const double rate = setting.stepRate();
+      series.add(
+          rowOf(setting, rate < edge ? std::nullopt : std::optional(1e6 / std::pow(rate, 3))),
+          1e-5);
+    }
+    EXPECT_EQ(series.end, "far below the finest error of interest");
+    std::size_t stable = 0;
+    while (!series.rows[stable].usable()) ++stable;
+    double coarser = 0.0;
+    for (const StudyRow& row : series.rows) {
+      EXPECT_GT(row.setting.stepRate(), coarser);
+      EXPECT_EQ(row.setting.rate / 30.0, std::round(row.setting.rate / 30.0));  // whole frames
+      coarser = row.setting.stepRate();
+    }
+    // Frames have whole numbers of steps: nothing lies between one and two, or three and four.
+    EXPECT_LE(series.rows[stable].setting.stepRate(), std::max(1.34 * edge, edge + 30.0)) << edge;
+    EXPECT_LE(series.settings.size(), 19u);  // 17 doublings and two more
+  }
+}
+
+TEST(StudySeries, EndsWhereFinerStepsGainNothing) {
+  const Scene scene = readScene(readYamlText(kPendulum, "pendulum"), "");
+  StudyOptions options;
+  options.schemes = {Scheme::kBdf2};
+  options.tolerances = {1e-2, 1e-6};
+  std::vector<StudySeries> all = makeSeries(scene, options);
+  StudySeries &loose = all[0], &tight = all[1];
+  EXPECT_EQ(looserThan(loose, all), nullptr);
+  ASSERT_EQ(looserThan(tight, all), &loose);
+  const auto add = [](StudySeries& series, double error) {
+    series.add(rowOf(series.settings[series.next], error), 1e-5);
+  };
+  for (const double error : {1e-1, 3e-2}) add(loose, error), add(tight, 0.95 * error);
+  EXPECT_TRUE(tight.isNoBetterThan(loose));
+  for (const double error : {1e-2, 9e-3, 8e-3}) add(loose, error);
+  EXPECT_EQ(loose.end, "no longer gained by finer steps");
+  EXPECT_FALSE(tight.isNoBetterThan(loose));  // it may be Newton's tolerance that it errs by
+}
+
+TEST(StudySeries, KeepsATighterToleranceThatErrsLessOrCostsLess) {
+  const Scene scene = readScene(readYamlText(kPendulum, "pendulum"), "");
+  StudyOptions options;
+  options.schemes = {Scheme::kBdf2};
+  options.tolerances = {1e-2, 1e-6};
+  for (const auto& [error, iterations] : {std::pair(0.5, 10), std::pair(1.0, 3)}) {
+    std::vector<StudySeries> all = makeSeries(scene, options);
+    for (const double loose_error : {1e-1, 3e-2}) {
+      for (StudySeries& series : all) {
+        StudyRow row = rowOf(series.settings[series.next], loose_error);
+        row.totals.newton_iterations = 5;
+        if (&series == &all[1]) {
+          row.rms_error *= error;
+          row.totals.newton_iterations = static_cast<std::uint64_t>(iterations);
+        }
+        series.add(row, 1e-5);
+      }
+    }
+    EXPECT_FALSE(all[1].isNoBetterThan(all[0])) << error;
+  }
+}
+
 TEST(Reference, EndsItsHorizonWhereTwoStartsPart) {
   Reference reference;
   reference.spread = {1e-9, 1e-6, 1e-4, 1e-5, 1e-2};

@@ -25,6 +25,7 @@ namespace fs = std::filesystem;
 
 constexpr double kStartsShare = 0.1;     // of the time limit, for starts that part from it
 constexpr double kReferenceShare = 0.3;  // of the time limit, after which it is not refined
+constexpr const char* kNoBetter = "errs as with a looser Newton tolerance, which costs less";
 
 void writeFile(const fs::path& path, const std::string& text) {
   std::ofstream file(path);
@@ -134,13 +135,23 @@ StudyRow measureOrRefuse(const Study& study, const StudySetting& setting, double
 void sweep(const Study& study, const ResultsFile& results, std::vector<StudySeries>& all,
            StudyProgress& progress) {
   const double finest = std::max(kStudyErrors.back(), finestShown(study));
+  const auto waits = [&](const StudySeries& series) {
+    const StudySeries* looser = looserThan(series, all);
+    return looser != nullptr && series.isNoBetterThan(*looser);
+  };
   for (bool active = true; active && g_signal == 0;) {
     active = false;
     for (StudySeries& series : all) {
       if (!series.end.empty() || g_signal != 0) continue;
+      if (waits(series)) {
+        if (!looserThan(series, all)->end.empty()) series.end = kNoBetter;
+        continue;
+      }
       const StudySetting& setting = series.settings[series.next];
-      const auto going = static_cast<double>(std::count_if(
-          all.begin(), all.end(), [](const StudySeries& one) { return one.end.empty(); }));
+      const auto going =
+          static_cast<double>(std::count_if(all.begin(), all.end(), [&](const StudySeries& one) {
+            return one.end.empty() && !waits(one);
+          }));
       const StudyRow* known = results.find(setting);
       const double share = 2.0 * progress.left() / going;
       if (known == nullptr && !(kStudyRuns * series.prediction() <= share)) {

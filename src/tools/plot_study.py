@@ -96,6 +96,8 @@ def draw_work_precision(study, rows, folder):
         lines = ['-', '--', ':', '-.']
         style = '-' if kind in ('', 'accuracy') else lines[min(newton.index(float(kind)), 3)]
         if line:
+            if kind != 'accuracy':
+                line.sort(key=lambda row: float(row['rate']) * int(row['substeps']))
             axes.plot([row['cost'] for row in line], [row['error'] for row in line],
                       linestyle=style, marker=marker, color=color, markersize=5, linewidth=1.2,
                       markeredgecolor='black', markeredgewidth=0.3, label=label(scheme, kind))

@@ -97,6 +97,7 @@ StudyOptions readStudyOptions(int argc, const char* const* argv) {
   } catch (const CLI::ParseError& error) {
     throw ArgumentError(std::string(error.what()) + " (see accuracy_study --help)");
   }
+  std::sort(options.tolerances.rbegin(), options.tolerances.rend());
   options.plots = !no_plots;
   if (options.tolerances.empty()) options.tolerances = {1e-2, 1e-4, 1e-6};
   if (options.accuracies.empty()) options.accuracies = {1e-2, 1e-3, 1e-4, 1e-5};

@@ -14,7 +14,7 @@ struct StudyOptions {
   double duration = 0.0;                 ///< s, > 0
   std::vector<Scheme> schemes;           ///< none twice; empty = all, and auto for accuracies
   std::vector<double> rates;             ///< Hz, ascending; empty = from 30 Hz on, doubled
-  std::vector<double> tolerances;        ///< of Newton's iteration, (0, 1)
+  std::vector<double> tolerances;        ///< of Newton's iteration, (0, 1), descending
   std::vector<double> accuracies;        ///< m, > 0, for solver.accuracy
   double time_limit = 300.0;             ///< s of wall time for everything, > 0
   std::string output;                    ///< a folder

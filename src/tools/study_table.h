@@ -19,6 +19,7 @@ struct StudySetting {
   std::optional<double> newton_tolerance;  ///< only where the scheme has a Newton iteration
   std::optional<double> accuracy;          ///< m, solver.accuracy
 
+  double stepRate() const { return rate * substeps; }  ///< Hz, of the sub-steps
   bool operator==(const StudySetting& other) const;
 };
 
