@@ -56,15 +56,17 @@ std::string endText(const Study& study, const std::vector<StudyRow>& rows) {
   out << "from " << ends.size() << " starts 1e-9 m apart " << e.mean << " J and " << h.mean
       << " m in the mean, with standard deviations of " << e.deviation << " J and " << h.deviation
       << " m. One more start would fall within " << usual
-      << " deviations of the mean 19 times in 20. The settings are off by so many:\n\n"
-      << "| setting | energy | mean height | as one more start |\n|---|---|---|---|\n";
+      << " deviations of the mean 19 times in 20. What the settings are off by:\n\n"
+      << "| setting | energy | as one more start | mean height | as one more start |\n"
+      << "|---|---|---|---|---|\n";
+  const auto within = [&](const Statistics& of, double value) {
+    return std::abs(of.deviations(value)) <= usual ? "yes" : "no";
+  };
   for (const StudyRow& row : rows) {
     if (!row.usable()) continue;
-    const double of_energy = e.deviations(row.end_energy);
-    const double of_height = h.deviations(row.end_height);
-    const bool within = std::abs(of_energy) <= usual && std::abs(of_height) <= usual;
-    out << "| " << describe(row.setting) << " | " << of_energy << " | " << of_height << " | "
-        << (within ? "yes" : "no") << " |\n";
+    out << "| " << describe(row.setting) << " | " << row.end_energy - e.mean << " J | "
+        << within(e, row.end_energy) << " | " << row.end_height - h.mean << " m | "
+        << within(h, row.end_height) << " |\n";
   }
   return out.str();
 }

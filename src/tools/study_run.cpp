@@ -82,7 +82,15 @@ StudyRow runOnce(const Study& study, const StudySetting& setting, double patienc
   row.step_median = times.quantile(0.5);
   row.totals = simulation.totals();
   row.status = whole || worst == StepStatus::kFailed ? name(worst) : "unfinished";
-  if (whole && errors.largest > kExploded * extent(study.reference)) row.status = "exploded";
+  if (whole) {
+    const double end = (simulation.state().positions - study.reference.frames.back().positions)
+                           .colwise()
+                           .norm()
+                           .maxCoeff();
+    if (!(std::max(errors.largest, end) <= kExploded * extent(study.reference))) {
+      row.status = "exploded";
+    }
+  }
   row.rms_error =
       whole ? std::sqrt(errors.square / std::max<std::size_t>(errors.terms, 1)) : INFINITY;
   row.max_error = whole ? errors.largest : INFINITY;
