@@ -90,7 +90,7 @@ Model buildModel(const Scene& scene) {
   }
   if (scene.effects.contact) {
     model.effects.push_back(
-        std::make_unique<Contact>(*scene.effects.contact, model.particleCount()));
+        std::make_unique<Contact>(*scene.effects.contact, model.masses));
   }
 
   SchemeChoice choice = chooseScheme(scene, model);

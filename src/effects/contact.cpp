@@ -1,5 +1,7 @@
 #include "effects/contact.h"
 
+#include <algorithm>
+
 #include "solvers/step_matrix.h"
 
 namespace mass_spring {
@@ -15,11 +17,11 @@ Eigen::Vector3d across(const Eigen::Vector3d& n, const Eigen::Vector3d& v) {
 
 }  // namespace
 
-Contact::Contact(const ContactOptions& options, std::uint32_t particles)
+Contact::Contact(const ContactOptions& options, const Eigen::VectorXd& masses)
     : options_(options),
       friction_(options.friction.value_or(0.0)),
-      particles_(particles),
-      expected_(3, particles) {
+      masses_(masses),
+      expected_(3, masses.size()) {
   for (const ContactShape& shape : options.shapes) shapes_.emplace_back(shape);
 }
 
@@ -30,7 +32,7 @@ std::vector<std::string> Contact::names() const {
 
 template <typename Visit>
 void Contact::forEachContact(const Vectors& positions, Visit visit) const {
-  for (std::uint32_t i = 0; i < particles_; ++i) {
+  for (std::uint32_t i = 0; i < masses_.size(); ++i) {
     const Eigen::Vector3d x = positions.col(i);
     for (std::uint32_t s = 0; s < shapes_.size(); ++s) {
       if (!(shapes_[s].distance(x) < options_.thickness)) continue;
@@ -149,15 +151,36 @@ std::uint32_t Contact::linearise(const Vectors& positions, const Vectors& veloci
   // About the deeper one of where a particle is and where it is to be expected: what lies ahead is
   // kept out by this step already, and what is pushed out does not fall back in.
   expected_ = positions + w * velocities;
-  for (std::uint32_t i = 0; i < particles_; ++i) {
+  for (Eigen::Index i = 0; i < expected_.cols(); ++i) {
     if (depth(positions.col(i)) > depth(expected_.col(i))) expected_.col(i) = positions.col(i);
   }
-  // f(x + w u) = f(x*) - K (x + w u - x*); all friction is damping, as the projected D is a secant.
-  forEachContact(expected_, [&](std::uint32_t i, auto, const Surface& surface, double depth) {
-    const double ahead = surface.normal.dot(expected_.col(i) - positions.col(i));
-    forces.col(i) += options_.stiffness * (depth + ahead) * surface.normal;
-  });
-  return addDerivatives(expected_, velocities, {1.0, w, w * w}, Projection::kWhereNeeded, matrix);
+  const double k = options_.stiffness;
+  std::uint32_t projected = 0;
+  forEachContact(
+      expected_, [&](std::uint32_t i, std::uint32_t s, const Surface& surface, double depth) {
+        // k (depth - n . (x + w u - x*)) with the new velocities u.
+        const Eigen::Vector3d& n = surface.normal;
+        const double ahead = n.dot(expected_.col(i) - positions.col(i));
+        forces.col(i) += k * (depth + ahead) * n;
+        SymmetricBlock& block = matrix.diagonal()[i];
+        block += SymmetricBlock::axial(n, w * w * k, 0.0);
+        if (!surface.curvature.isZero(0.0)) ++projected;
+        if (friction_ == 0.0) return;
+        // What presses now, or what is left of what lies ahead once the step has kept it out.
+        const double now = options_.thickness - shapes_[s].distance(positions.col(i));
+        const double mass = masses_[i];
+        const double limit = friction_ * k * std::max(now, depth * mass / (mass + w * w * k));
+        const Eigen::Vector3d sliding = across(n, velocities.col(i));
+        const double speed = sliding.norm();
+        const double secant = limit * slip(speed).secant;
+        SymmetricBlock braked = SymmetricBlock::axial(n, 0.0, w * secant);
+        if (speed > options_.slip_velocity + w * limit / mass) {
+          forces.col(i) -= secant * sliding;
+          braked -= SymmetricBlock::axial(sliding / speed, w * secant, 0.0);
+        }
+        block += braked;
+      });
+  return projected;
 }
 
 double Contact::depth(const Eigen::Vector3d& point) const {
@@ -173,6 +196,11 @@ void Contact::addBounds(Eigen::VectorXd& stiffness, Eigen::VectorXd& damping) co
   stiffness.array() += k;
   // Pressed in as deep as contact can be meant to be.
   damping.array() += 2.0 * friction_ * k * options_.thickness / options_.slip_velocity;
+}
+
+double Contact::length() const {
+  // Particles that touch without any thickness are still nowhere near a metre apart.
+  return options_.thickness > 0.0 ? options_.thickness : 0.01;
 }
 
 std::vector<Touch> Contact::touches(const Vectors& positions, const Vectors& velocities) const {

@@ -26,7 +26,8 @@ struct Touch {
 /// Everything is on the diagonal of the matrix: the pattern stays what it was.
 class Contact : public Effect {
  public:
-  Contact(const ContactOptions& options, std::uint32_t particles);
+  /// @param masses  kg, per particle
+  Contact(const ContactOptions& options, const Eigen::VectorXd& masses);
 
   std::vector<std::string> names() const override;
   /// All contacts at a state, particle by particle.
@@ -51,6 +52,7 @@ class Contact : public Effect {
   std::uint32_t linearise(const Vectors& positions, const Vectors& velocities, double w,
                           StepMatrix& matrix, Vectors& forces) const override;
   void addBounds(Eigen::VectorXd& stiffness, Eigen::VectorXd& damping) const override;
+  double length() const override;
 
  private:
   /// |g| / |u| [s/m] and its derivative along u, times |u|.
@@ -71,7 +73,7 @@ class Contact : public Effect {
   ContactOptions options_;
   double friction_;
   std::vector<Shape> shapes_;
-  std::uint32_t particles_;
+  Eigen::VectorXd masses_;
   mutable Vectors expected_;
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -64,6 +65,10 @@ class Effect {
   virtual double power(const Vectors& /*positions*/, const Vectors& /*velocities*/) const {
     return 0.0;
   }
+
+  /// m, over which it changes much: displacements are known when they are small against that.
+  /// Infinite where it is linear, or has the springs' lengths.
+  virtual double length() const { return std::numeric_limits<double>::infinity(); }
 
   /// Adds to each particle bounds of what holds it in place [N/m] and of what brakes it [N s/m],
   /// whatever the positions; springs, which join particles, are counted elsewhere.

@@ -7,8 +7,8 @@
 namespace mass_spring {
 namespace {
 
-/// What a displacement is small against: the mean rest length of the springs; without springs
-/// nothing is nonlinear and any length will do.
+/// What a displacement is small against: the mean rest length of the springs, or less where an
+/// effect changes faster. Where nothing is nonlinear, any length will do.
 double characteristicLength(const Model& model) {
   double sum = 0.0;
   std::size_t count = 0;
@@ -18,7 +18,10 @@ double characteristicLength(const Model& model) {
       ++count;
     }
   }
-  return count > 0 ? sum / static_cast<double>(count) : std::numeric_limits<double>::infinity();
+  double length =
+      count > 0 ? sum / static_cast<double>(count) : std::numeric_limits<double>::infinity();
+  for (const auto& effect : model.effects) length = std::min(length, effect->length());
+  return length;
 }
 
 // The largest relative residual a linear system may keep, and that of the first iteration.

@@ -1,0 +1,399 @@
+#include "effects/contact.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <random>
+
+#include "mass_spring_sim/measures.h"
+#include "mass_spring_sim/simulation.h"
+#include "problems.h"
+#include "scene/tree_reader.h"
+#include "scene_text.h"
+#include "solvers/block_pattern.h"
+#include "solvers/step_matrix.h"
+
+// Contact, friction and air drag against what is known of them in closed form.
+namespace mass_spring {
+namespace {
+
+constexpr double kGravity = 9.81;  // m/s^2
+
+class DissipativeScheme : public testing::TestWithParam<Scheme> {};
+INSTANTIATE_TEST_SUITE_P(Schemes, DissipativeScheme,
+                         testing::Values(Scheme::kLinearImplicitEuler, Scheme::kImplicitEuler,
+                                         Scheme::kBdf2, Scheme::kTrBdf2),
+                         schemeName);
+
+/// One particle of 0.1 kg.
+Scene particleScene(const Eigen::Vector3d& position, Scheme scheme, double rate) {
+  Particles one;
+  one.positions = {position};
+  one.velocities = {Eigen::Vector3d::Zero()};
+  one.masses = {0.1};
+  Scene scene = netScene(one, scheme, rate);
+  scene.effects.gravity = GravityOptions{Eigen::Vector3d(0.0, 0.0, -kGravity)};
+  return scene;
+}
+
+ContactOptions contactWith(std::vector<ContactShape> shapes) {
+  ContactOptions options;
+  options.stiffness = 1000.0;
+  options.thickness = 0.01;
+  options.shapes = std::move(shapes);
+  return options;
+}
+
+std::vector<ContactShape> everyShape() {
+  return {{"box", Box{{0.1, 0.2, 0.3}, {0.4, 0.5, 0.6}, {0.3, -0.2, 0.7}}},
+          {"capsule", Capsule{{-0.3, 0.1, 0.2}, {0.4, 0.3, -0.1}, 0.2}},
+          {"plane", Plane{{0.0, 0.1, 0.2}, {1.0, -2.0, 3.0}}},
+          {"sphere", Sphere{{0.2, -0.1, 0.3}, 0.35}}};
+}
+
+TEST(Shape, DistanceNormalAndCurvatureAreDerivativesOfEachOther) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> place(-0.6, 0.6);
+  constexpr double kStep = 1e-5;
+  for (const ContactShape& options : everyShape()) {
+    const Shape shape(options);
+    int compared = 0;
+    for (int trial = 0; trial < 300; ++trial) {
+      const Eigen::Vector3d x(place(random), place(random), place(random));
+      const Surface surface = shape.at(x);
+      EXPECT_EQ(shape.distance(x), surface.distance) << options.name;
+      EXPECT_NEAR(surface.normal.norm(), 1.0, 1e-14) << options.name;
+      // Inside a box the normal jumps from face to face; near its edges differences see both sides.
+      if (options.name == "box" && surface.distance < 0.02) continue;
+      Eigen::Vector3d slope;
+      Eigen::Matrix3d turn;
+      bool smooth = true;
+      for (int axis = 0; axis < 3; ++axis) {
+        const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(axis);
+        const Surface plus = shape.at(x + step), minus = shape.at(x - step);
+        slope[axis] = (plus.distance - minus.distance) / (2.0 * kStep);
+        turn.col(axis) = (plus.normal - minus.normal) / (2.0 * kStep);
+        smooth = smooth && (plus.curvature - minus.curvature).norm() < 0.1;
+      }
+      if (!smooth) continue;
+      // Truncation: step^2 times third derivatives of at most 1 / distance^2 = 2500.
+      EXPECT_LT((slope - surface.normal).norm(), 1e-6) << options.name;
+      EXPECT_LT((turn - surface.curvature).norm(), 1e-4) << options.name;
+      ++compared;
+    }
+    EXPECT_GT(compared, 100) << options.name;
+  }
+}
+
+// Outside a box the nearest place moves continuously round edges and corners: so does the normal.
+TEST(Shape, NormalsTurnRoundTheEdgesOfABoxWithoutAJump) {
+  const Shape box({"box", Box{{0.0, 0.0, 0.0}, {0.2, 0.2, 0.2}, {0.0, 0.0, 0.0}}});
+  Eigen::Vector3d before = box.at({0.11, -0.2, 0.0}).normal;
+  double turned = 0.0;
+  for (int step = 1; step <= 4000; ++step) {
+    // Along one face, past the edge, and round.
+    const double angle = -1.2 + 4.0 * step / 4000.0;
+    const Eigen::Vector3d x(0.16 * std::cos(angle), 0.16 * std::sin(angle), 0.099);
+    const Eigen::Vector3d normal = box.at(x).normal;
+    // The circle passes the edges at some 0.02 m: a step of 1.6e-4 m turns it by 0.01.
+    EXPECT_LT((normal - before).norm(), step == 1 ? 1.5 : 0.02) << angle;
+    turned += step == 1 ? 0.0 : (normal - before).norm();
+    before = normal;
+  }
+  EXPECT_GT(turned, 1.5);
+}
+
+/// Particles in and near the shapes, moving; a third of them slower than the slip velocity.
+struct Cloud {
+  Vectors x, v, dx, dv;
+};
+Cloud cloud(const Contact& contact, double thickness) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> number(-0.6, 0.6);
+  std::vector<Eigen::Vector3d> kept;
+  while (kept.size() < 60) {
+    const Eigen::Vector3d x(number(random), number(random), number(random));
+    // Not so near to where contact begins, or inside a box, that differences would see a kink.
+    bool kinked = false, touches = false;
+    for (const Shape& shape : contact.shapes()) {
+      const double distance = shape.distance(x);
+      kinked = kinked || std::abs(distance - thickness) < 1e-3 ||
+               (shape.name() == "box" && distance < 1e-3);
+      touches = touches || distance < thickness;
+    }
+    if (touches && !kinked) kept.push_back(x);
+  }
+  Cloud c;
+  for (Vectors* vectors : {&c.x, &c.v, &c.dx, &c.dv}) vectors->resize(3, 60);
+  for (Eigen::Index i = 0; i < 60; ++i) {
+    c.x.col(i) = kept[static_cast<std::size_t>(i)];
+    for (Vectors* vectors : {&c.v, &c.dx, &c.dv}) {
+      vectors->col(i) = Eigen::Vector3d(number(random), number(random), number(random));
+    }
+    if (i % 3 == 0) c.v.col(i) *= 0.01;
+  }
+  return c;
+}
+
+ContactOptions rubbing() {
+  ContactOptions options = contactWith(everyShape());
+  options.thickness = 0.05;
+  options.friction = 0.4;
+  options.slip_velocity = 0.02;
+  return options;
+}
+
+TEST(Contact, ForcesAreDerivativesOfEnergyAndOfThePotentialOfFriction) {
+  const ContactOptions options = rubbing();
+  const Contact contact(options, Eigen::VectorXd::Constant(60, 0.1));
+  const Cloud c = cloud(contact, options.thickness);
+  Vectors forces = Vectors::Zero(3, 60);
+  contact.addForces(c.x, c.v, forces);
+  constexpr double kStep = 1e-6;
+  for (Eigen::Index i = 0; i < forces.size(); ++i) {
+    const auto potential = [&](double at) {
+      Vectors x = c.x, v = c.v, ignored = Vectors::Zero(3, 60);
+      x.data()[i] += at;
+      v.data()[i] += at;
+      Energy energy;
+      double friction = 0.0, alone = 0.0;
+      contact.addForces(x, c.v, ignored, energy, alone);
+      Energy other;
+      contact.addForces(c.x, v, ignored, other, friction);
+      return energy.elastic + friction;
+    };
+    // Energies of 100 J: rounding 1e-14 / step, truncation step^2 times third derivatives of
+    // friction, mu N / slip velocity^2 = 5e5.
+    EXPECT_NEAR(forces.data()[i], (potential(-kStep) - potential(kStep)) / (2.0 * kStep),
+                1e-6 * 500)
+        << i;
+  }
+}
+
+TEST(Contact, ForceDerivativeIsExact) {
+  const ContactOptions options = rubbing();
+  const Contact contact(options, Eigen::VectorXd::Constant(60, 0.1));
+  const Cloud c = cloud(contact, options.thickness);
+  constexpr double kStep = 1e-7;
+  for (const double in_time : {0.0, 1.0}) {
+    Vectors df = Vectors::Zero(3, 60), plus = df, minus = df;
+    contact.addForceDerivative(c.x, c.v, c.dx, in_time * c.dv, df);
+    contact.addForces(c.x + kStep * c.dx, c.v + in_time * kStep * c.dv, plus);
+    contact.addForces(c.x - kStep * c.dx, c.v - in_time * kStep * c.dv, minus);
+    // Relative to derivatives of up to mu N / slip velocity = 4000: truncation 1e-14 * 1e7.
+    EXPECT_LT((df - (plus - minus) / (2.0 * kStep)).cwiseAbs().maxCoeff(), 1e-6 * 4000);
+    EXPECT_GT(df.norm(), 1000.0);
+  }
+}
+
+// What the matrix holds is the derivative but for friction's dependence on x, which is not
+// symmetric; projected, its blocks are positive semidefinite.
+TEST(Contact, MatrixIsTheDerivativeAndDefiniteWhereProjected) {
+  const ContactOptions options = rubbing();
+  const Contact contact(options, Eigen::VectorXd::Constant(60, 0.1));
+  const Cloud c = cloud(contact, options.thickness);
+  const auto matrix = [&](const Vectors& v, MatrixWeights weights, Projection projection) {
+    StepMatrix matrix(std::make_shared<BlockPattern>(60, PatternBuilder()));
+    matrix.setMasses(0.0, Eigen::VectorXd::Ones(60));
+    contact.addDerivatives(c.x, v, weights, projection, matrix);
+    return matrix;
+  };
+  const auto expectDerivative = [&](const Vectors& v, const Vectors& dx, const Vectors& dv) {
+    const StepMatrix exact =
+        matrix(v, {0.0, dv.isZero() ? 0.0 : 1.0, dx.isZero() ? 0.0 : 1.0}, Projection::kNone);
+    Vectors df = Vectors::Zero(3, 60), product = df;
+    contact.addForceDerivative(c.x, v, dx, dv, df);
+    exact.multiply(dx + dv, product);
+    EXPECT_LT((df + product).cwiseAbs().maxCoeff(), 1e-12 * product.cwiseAbs().maxCoeff());
+  };
+  const Vectors none = Vectors::Zero(3, 60);
+  expectDerivative(none, c.dx, none);  // without sliding there is no friction to change
+  expectDerivative(c.v, none, c.dv);
+  const StepMatrix projected = matrix(c.v, {0.0, 1.0, 1.0}, Projection::kWhereNeeded);
+  for (const SymmetricBlock& block : projected.diagonal()) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(block.dense());
+    // Rounding of entries of some thousands.
+    EXPECT_GE(solver.eigenvalues().minCoeff(), -1e-9);
+  }
+}
+
+TEST_P(DissipativeScheme, ParticleRestsAtItsWeightOverTheStiffness) {
+  Scene scene = particleScene({0.0, 0.0, 0.05}, GetParam(), 200.0);
+  scene.effects.contact = contactWith({{"floor", Plane{{0, 0, 0}, {0, 0, 1}}}});
+  scene.effects.air_drag = AirDragOptions{1.0};  // or it would bounce for long
+  Simulation simulation(scene);
+  for (int step = 0; step < 2000; ++step) {
+    ASSERT_NE(simulation.step().status, StepStatus::kFailed);
+  }
+  // 1e-9: what is left of a bounce after 10 s, e^-50, and the tolerance of Newton's method.
+  EXPECT_NEAR(simulation.state().positions(2, 0), 0.01 - 0.1 * kGravity / 1000.0, 1e-9);
+}
+
+TEST_P(DissipativeScheme, AirDragGivesTheTerminalVelocity) {
+  Scene scene = particleScene({0.0, 0.0, 0.0}, GetParam(), 100.0);
+  scene.effects.air_drag = AirDragOptions{0.5};
+  Simulation simulation(scene);
+  for (int step = 0; step < 1000; ++step) simulation.step();
+  // After 10 s, 50 time constants; tolerance: Newton's and rounding.
+  EXPECT_NEAR(simulation.state().velocities(2, 0), -0.1 * kGravity / 0.5, 1e-7);
+}
+
+/// A particle on a slope, at rest where it floats; returns it after a second.
+State onSlope(Scheme scheme, double slope, double friction) {
+  const Eigen::Vector3d normal(-std::sin(slope), 0.0, std::cos(slope));
+  const double depth = 0.1 * kGravity * std::cos(slope) / 1000.0;
+  Scene scene = particleScene((0.01 - depth) * normal, scheme, 200.0);
+  scene.effects.contact = contactWith({{"slope", Plane{{0, 0, 0}, normal}}});
+  scene.effects.contact->friction = friction;
+  Simulation simulation(scene);
+  for (int step = 0; step < 200; ++step) simulation.step();
+  return simulation.state();
+}
+
+TEST_P(DissipativeScheme, BlockSticksBelowTheAngleOfFriction) {
+  const double friction = 0.5;
+  // It creeps with less than the slip velocity of 1 mm/s.
+  EXPECT_LT(onSlope(GetParam(), std::atan(0.4), friction).positions.norm(), 0.012);
+  EXPECT_LT(onSlope(GetParam(), std::atan(0.4), friction).velocities.norm(), 0.001);
+}
+
+TEST_P(DissipativeScheme, BlockSlidesAboveTheAngleOfFriction) {
+  const double friction = 0.5, slope = std::atan(0.8);
+  const State state = onSlope(GetParam(), slope, friction);
+  const double acceleration = kGravity * (std::sin(slope) - friction * std::cos(slope));
+  // Full friction from 1 mm/s on, which it has in the first step of this second: less is missing
+  // than what gravity does in that step. Linearised steps brake a little more until they are sure
+  // not to stop what slides, here for the first ten.
+  const double step = kGravity * std::sin(slope) / 200.0;
+  EXPECT_NEAR(state.velocities.norm(), acceleration,
+              GetParam() == Scheme::kLinearImplicitEuler ? 4.0 * step : step);
+  EXPECT_LT(state.velocities(0, 0), 0.0);  // downhill
+}
+
+// Braked by mu m g, a sliding particle stops after v^2 / (2 mu g), and does not come back.
+TEST_P(DissipativeScheme, SlidingParticleStops) {
+  Scene scene = particleScene({0.0, 0.0, 0.01 - 0.1 * kGravity / 1000.0}, GetParam(), 500.0);
+  std::get<Particles>(scene.objects[0].shape).velocities = {Eigen::Vector3d(1.0, 0.0, 0.0)};
+  scene.effects.contact = contactWith({{"floor", Plane{{0, 0, 0}, {0, 0, 1}}}});
+  scene.effects.contact->friction = 0.3;
+  Simulation simulation(scene);
+  double speed = 1.0;
+  for (int step = 0; step < 500; ++step) {
+    simulation.step();
+    const double now = simulation.state().velocities(0, 0);
+    // Schemes of second order may swing through a standstill, but no faster than what is slow.
+    EXPECT_GE(now, -scene.effects.contact->slip_velocity);
+    EXPECT_LE(now, std::max(speed, 0.0) + 0.1 * scene.effects.contact->slip_velocity);
+    speed = now;
+  }
+  EXPECT_LT(std::abs(speed), 1e-4);
+  // First-order schemes misjudge the way by half a step at full speed.
+  EXPECT_NEAR(simulation.state().positions(0, 0), 1.0 / (2.0 * 0.3 * kGravity), 1.5 / 500.0);
+}
+
+Scene drapedCloth(Scheme scheme, std::vector<ContactShape> shapes) {
+  Cloth cloth;
+  cloth.size = {0.6, 0.6};
+  cloth.resolution = {15, 15};
+  cloth.position = {0.0, 0.0, 0.55};
+  cloth.mass = 0.1;
+  cloth.stiffness = 100.0;
+  cloth.shear_stiffness = 30.0;
+  cloth.bend_stiffness = 2.0;
+  cloth.damping = 0.05;
+  Scene scene;
+  scene.objects.push_back({"sheet", Object().color, cloth});
+  scene.rate = 60.0;
+  scene.solver.scheme = scheme;
+  scene.solver.newton_tolerance = 1e-3;
+  scene.solver.max_newton_iterations = 100;
+  scene.effects.gravity = GravityOptions{Eigen::Vector3d(0.0, 0.0, -kGravity)};
+  scene.effects.air_drag = AirDragOptions{2e-3};
+  scene.effects.contact = contactWith(std::move(shapes));
+  scene.effects.contact->friction = 0.6;
+  return scene;
+}
+
+class DrapedCloth : public testing::TestWithParam<Scheme> {};
+INSTANTIATE_TEST_SUITE_P(Schemes, DrapedCloth,
+                         testing::Values(Scheme::kLinearImplicitEuler, Scheme::kTrBdf2),
+                         schemeName);
+
+// No particle is ever deeper than the thickness, and all is at rest in the end.
+TEST_P(DrapedCloth, LiesOnASphereAndOnABox) {
+  for (const ContactShape& shape :
+       {ContactShape{"ball", Sphere{{0.01, 0.02, 0.3}, 0.2}},
+        ContactShape{"table", Box{{0.0, 0.0, 0.4}, {0.3, 0.3, 0.1}, {0.0, 0.0, 0.2}}}}) {
+    Simulation simulation(drapedCloth(GetParam(), {shape}));
+    const Shape body(shape);
+    double deepest = 0.0;
+    for (int step = 0; step < 240; ++step) {
+      ASSERT_NE(simulation.step().status, StepStatus::kFailed);
+      for (Eigen::Index i = 0; i < simulation.state().positions.cols(); ++i) {
+        deepest = std::max(deepest, -body.distance(simulation.state().positions.col(i)));
+      }
+    }
+    EXPECT_LE(deepest, 0.0) << shape.name;  // of the shape itself, within the thickness
+    EXPECT_LT(maxSpeed(simulation.state()), 0.05) << shape.name;
+    // It has not slid off.
+    EXPECT_GT(simulation.state().positions.row(2).maxCoeff(), 0.45) << shape.name;
+  }
+}
+
+// Gravity and drag do not know of it, springs neither: a shape far away changes nothing.
+TEST(Contact, FarAwayChangesNoBit) {
+  for (const Scheme scheme : allSchemes()) {
+    Scene scene = drapedCloth(scheme, {});
+    std::get<Cloth>(scene.objects[0].shape).resolution = {5, 5};
+    scene.rate = 1000.0;
+    Scene without = scene;
+    scene.effects.contact = contactWith({{"floor", Plane{{0.0, 0.0, -100.0}, {0.0, 0.0, 1.0}}}});
+    without.effects.contact.reset();
+    Simulation a(scene), b(without);
+    for (int step = 0; step < 20; ++step) a.step(), b.step();
+    EXPECT_TRUE(a.state().positions == b.state().positions) << name(scheme);
+    EXPECT_TRUE(a.state().velocities == b.state().velocities) << name(scheme);
+  }
+}
+
+TEST(AirDrag, WithoutCoefficientChangesNoBit) {
+  for (const Scheme scheme : allSchemes()) {
+    Scene scene = drapedCloth(scheme, {});
+    std::get<Cloth>(scene.objects[0].shape).resolution = {5, 5};
+    scene.rate = 1000.0;
+    scene.effects.contact.reset();
+    Scene without = scene;
+    scene.effects.air_drag = AirDragOptions{0.0};
+    without.effects.air_drag.reset();
+    Simulation a(scene), b(without);
+    for (int step = 0; step < 20; ++step) a.step(), b.step();
+    EXPECT_TRUE(a.state().positions == b.state().positions) << name(scheme);
+  }
+}
+
+TEST(EffectsReader, NamesWhatIsWrongAndWhere) {
+  const auto problem = [](const std::string& effects) {
+    const auto problems = problemsOf(sceneWith("effects", effects));
+    return problems.empty() ? "" : problems.front();
+  };
+  EXPECT_EQ(
+      problem("{contact: {stiffness: 10, shapes: {floor: {type: plane, point: [0, 0, 0], "
+              "normal: [0, 0, 0]}}}}"),
+      "effects.contact.shapes.floor.normal: got a list of 3, expected a direction that is not "
+      "0");
+  EXPECT_EQ(problem("{contact: {stiffness: 10, shapes: {}}}"),
+            "effects.contact.shapes: got an empty map, expected a map of at least one shape");
+  EXPECT_EQ(problem("{contact: {stiffness: 10, shapes: {bar: {type: capsule, start: [0, 0, 1], "
+                    "end: [0, 0, 1], radius: 0.1}}}}"),
+            "effects.contact.shapes.bar.end: got the start, expected another point; for a ball: "
+            "type: sphere");
+  EXPECT_EQ(problem("{contact: {stiffness: 10, shapes: {1st: {type: sphere, center: [0, 0, 0], "
+                    "radius: 1}}}}"),
+            std::string("effects.contact.shapes.1st: got 1st, expected ") + kNameRule);
+  EXPECT_EQ(problem("{air_drag: {coefficient: -1}}"),
+            "effects.air_drag.coefficient: got -1, expected a number >= 0 (N s/m)");
+}
+
+}  // namespace
+}  // namespace mass_spring
