@@ -106,8 +106,11 @@ double spacing(const Model& model, const ModelObject& object) {
 
 }  // namespace
 
-Markers::Markers(const Model& model, std::string frame_id, double rate)
-    : model_(model), frame_id_(std::move(frame_id)), detail_(chooseDetail(model, rate)) {
+Markers::Markers(const Model& model, std::string frame_id, double rate, std::vector<Marker> shapes)
+    : model_(model),
+      frame_id_(std::move(frame_id)),
+      detail_(chooseDetail(model, rate)),
+      shapes_(std::move(shapes)) {
   for (const ModelObject& object : model.objects) looks_.push_back(look(object));
 }
 
@@ -159,6 +162,10 @@ const visualization_msgs::MarkerArray& Markers::draw(const Vectors& positions,
     drawPins(object, look, positions, pinned, stamp);
   }
   array_.markers.resize(used_);
+  for (Marker& shape : shapes_) {
+    shape.header.stamp = stamp;
+    array_.markers.push_back(shape);
+  }
   return array_;
 }
 

@@ -24,8 +24,10 @@ enum class Detail {
 /// NAME/pins, each of id 0. What there is nothing of is deleted, as RViz dislikes empty lists.
 class Markers {
  public:
-  /// @param rate  Hz of wall time at which markers will be published at the most
-  Markers(const Model& model, std::string frame_id, double rate);
+  /// @param rate    Hz of wall time at which markers will be published at the most
+  /// @param shapes  what stands around; drawn after the objects
+  Markers(const Model& model, std::string frame_id, double rate,
+          std::vector<visualization_msgs::Marker> shapes);
 
   Detail detail() const { return detail_; }
 
@@ -59,7 +61,8 @@ class Markers {
   const Model& model_;
   std::string frame_id_;
   Detail detail_;
-  std::vector<Look> looks_;                ///< per object
+  std::vector<Look> looks_;  ///< per object
+  std::vector<visualization_msgs::Marker> shapes_;
   visualization_msgs::MarkerArray array_;  ///< kept for its memory
   std::size_t used_ = 0;                   ///< of array_.markers
 };

@@ -16,6 +16,7 @@
 #include "conversions.h"
 #include "mass_spring_sim/measures.h"
 #include "mass_spring_sim/scene_reader.h"
+#include "shape_markers.h"
 #include "topics.h"
 
 namespace mass_spring {
@@ -225,7 +226,8 @@ void Publishers::publishMarkers(const Snapshot& snapshot) {
   bool start_over = start_over_.exchange(false);
   if (drawn_.lock() != snapshot.simulation) {
     drawn_ = snapshot.simulation;
-    markers_.emplace(simulation.model(), frame_id_, markersPerWallSecond(simulation.scene()));
+    markers_.emplace(simulation.model(), frame_id_, markersPerWallSecond(simulation.scene()),
+                     shapeMarkers(simulation.scene()));
     start_over = true;  // a last drawing of another scene may have taken it
   }
   markers_publisher_.publish(

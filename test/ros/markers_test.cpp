@@ -4,11 +4,13 @@
 #include <ros/serialization.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <string>
 #include <utility>
 
 #include "mass_spring_sim/scene_reader.h"
+#include "ros/shape_markers.h"
 
 namespace mass_spring {
 namespace {
@@ -38,7 +40,7 @@ const Marker* find(const MarkerArray& array, const std::string& ns) {
 
 MarkerArray drawStart(const Model& model, double rate, std::vector<std::uint32_t> pins,
                       bool start_over = false) {
-  Markers markers(model, "stage", rate);
+  Markers markers(model, "stage", rate, {});
   std::vector<char> pinned(model.particleCount(), 0);
   for (const std::uint32_t particle : pins) pinned[particle] = 1;
   return markers.draw(model.start.positions, pinned, ros::Time(3, 4), start_over);
@@ -91,7 +93,7 @@ TEST(Markers, DeleteWhatIsNotThere) {
 
 TEST(Markers, StartOverOnceAndDrawTheSameAfterwards) {
   const Model model = modelOf(cloth(3));
-  Markers markers(model, "stage", 30.0);
+  Markers markers(model, "stage", 30.0, {});
   const std::vector<char> pinned(9, 0);
   const auto draw = [&](bool start_over) {
     return markers.draw(model.start.positions, pinned, ros::Time(1, 0), start_over);
@@ -116,7 +118,7 @@ TEST(Markers, StartOverOnceAndDrawTheSameAfterwards) {
 
 TEST(Markers, ColourSpringsByStrain) {
   const Model model = modelOf(kRope);
-  Markers markers(model, "stage", 30.0);
+  Markers markers(model, "stage", 30.0, {});
   Vectors positions = model.start.positions;
   positions(0, 1) += 0.1;  // stretches the first spring, compresses the second
   const MarkerArray array =
@@ -157,6 +159,43 @@ TEST(Markers, DrawPointsWithoutExtentOrSprings) {
   EXPECT_GT(find(array, "dust/springs")->scale.x, 0.0);
   EXPECT_GT(find(array, "grain/particles")->scale.x, 0.0);
   EXPECT_EQ(find(array, "grain/springs"), nullptr);
+}
+
+TEST(Markers, ShowTheShapesOfContact) {
+  const Scene scene = readScene(readYamlText(R"(
+frame_id: stage
+objects: {net: {type: particles, positions: [[0, 0, 1]], masses: 0.1}}
+effects:
+  contact:
+    stiffness: 100
+    shapes:
+      bar: {type: capsule, start: [0, 0, 1], end: [2, 0, 1], radius: 0.1}
+      floor: {type: plane, point: [0, 0, 0], normal: [0, 0, 1]}
+      table: {type: box, center: [1, 2, 3], size: [0.1, 0.2, 0.3]}
+)",
+                                             "test"),
+                                "");
+  const Model model = buildModel(scene);
+  Markers markers(model, "stage", 30.0, shapeMarkers(scene));
+  for (int frame = 0; frame < 2; ++frame) {
+    const MarkerArray& array =
+        markers.draw(model.start.positions, std::vector<char>(1, 0), ros::Time(frame, 5), false);
+    const Marker* bar = find(array, "contact/bar");
+    ASSERT_NE(bar, nullptr);
+    EXPECT_EQ(bar->type, Marker::CYLINDER);
+    EXPECT_EQ(bar->header.stamp, ros::Time(frame, 5));
+    EXPECT_DOUBLE_EQ(bar->pose.position.x, 1.0);
+    EXPECT_DOUBLE_EQ(bar->scale.z, 2.0);
+    // Its z axis lies along x: a quarter turn about y.
+    EXPECT_NEAR(bar->pose.orientation.y, std::sqrt(0.5), 1e-15);
+    EXPECT_EQ(std::count_if(array.markers.begin(), array.markers.end(),
+                            [](const Marker& m) { return m.ns == "contact/bar"; }),
+              3);
+    EXPECT_DOUBLE_EQ(find(array, "contact/table")->scale.y, 0.2);
+    // What is drawn of a plane lies below it.
+    const Marker* floor = find(array, "contact/floor");
+    EXPECT_DOUBLE_EQ(floor->pose.position.z + 0.5 * floor->scale.z, 0.0);
+  }
 }
 
 }  // namespace
