@@ -89,8 +89,7 @@ Model buildModel(const Scene& scene) {
     model.effects.push_back(std::make_unique<AirDrag>(scene.effects.air_drag->coefficient));
   }
   if (scene.effects.contact) {
-    model.effects.push_back(
-        std::make_unique<Contact>(*scene.effects.contact, model.masses));
+    model.effects.push_back(std::make_unique<Contact>(*scene.effects.contact, model.masses));
   }
 
   SchemeChoice choice = chooseScheme(scene, model);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "effects/contact.h"
 #include "effects/effect.h"
 
 namespace mass_spring {
@@ -30,6 +31,36 @@ double maxStretch(const Model& model, const State& state) {
 double strain(const Spring& spring, const Vectors& positions) {
   if (spring.rest_length == 0.0) return 0.0;
   return (positions.col(spring.j) - positions.col(spring.i)).norm() / spring.rest_length - 1.0;
+}
+
+std::map<std::string, Wrench> pinWrenches(const Model& model, const State& state, const Pins& pins,
+                                          const Vectors* loads) {
+  std::map<std::string, Wrench> wrenches;
+  if (pins.empty()) return wrenches;
+  Vectors forces(3, state.positions.cols());
+  sumForces(model, loads, state.positions, state.velocities, forces);
+  for (const auto& [name, pin] : pins.all()) {
+    Wrench& wrench = wrenches[name];
+    for (const std::uint32_t i : pin.particles) {
+      wrench.add(forces.col(i), state.positions.col(i) - pin.target.position);
+    }
+  }
+  return wrenches;
+}
+
+std::map<std::string, Wrench> shapeWrenches(const Model& model, const State& state) {
+  std::map<std::string, Wrench> wrenches;
+  for (const auto& effect : model.effects) {
+    const auto* contact = dynamic_cast<const Contact*>(effect.get());
+    if (contact == nullptr) continue;
+    for (const Shape& shape : contact->shapes()) wrenches[shape.name()];
+    for (const Touch& touch : contact->touches(state.positions, state.velocities)) {
+      const Shape& shape = contact->shapes()[touch.shape];
+      wrenches[shape.name()].add(-touch.force,
+                                 state.positions.col(touch.particle) - shape.pose().translation());
+    }
+  }
+  return wrenches;
 }
 
 std::optional<std::uint32_t> firstNotFinite(const State& state) {

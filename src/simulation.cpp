@@ -53,6 +53,14 @@ std::uint32_t Simulation::activeForces() const { return loads_->active(); }
 
 std::size_t Simulation::matrixNonzeros() const { return stepper_->matrixNonzeros(); }
 
+std::map<std::string, Wrench> Simulation::pinWrenches() const {
+  return mass_spring::pinWrenches(model_, state_, pins_, loads_->total());
+}
+
+std::map<std::string, Wrench> Simulation::shapeWrenches() const {
+  return mass_spring::shapeWrenches(model_, state_);
+}
+
 CommandResult Simulation::apply(const Command& command) {
   return std::visit(
       [this](const auto& c) {

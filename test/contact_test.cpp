@@ -372,6 +372,99 @@ TEST(AirDrag, WithoutCoefficientChangesNoBit) {
   }
 }
 
+/// Runs until nothing moves faster than that [m/s].
+void settle(Simulation& simulation, double slow) {
+  for (int step = 0; step < 20000 && (step < 100 || maxSpeed(simulation.state()) > slow); ++step) {
+    simulation.step();
+  }
+}
+
+TEST(Wrenches, OfPinsBalanceTheWeightAndTheMomentOfAHangingRope) {
+  Rope rope;
+  rope.start = {0.0, 0.0, 1.0};
+  rope.end = {0.8, 0.0, 1.0};
+  rope.segments = 20;
+  rope.mass = 0.3;
+  rope.stiffness = 500.0;
+  rope.damping = 5.0;
+  Scene scene;
+  scene.objects.push_back({"rope", Object().color, rope});
+  scene.pins = {{"left", "rope", {0}}, {"right", "rope", {20}}};
+  scene.rate = 20.0;
+  scene.solver.scheme = Scheme::kImplicitEuler;
+  scene.effects.gravity = GravityOptions{Eigen::Vector3d(0.0, 0.0, -kGravity)};
+  scene.effects.air_drag = AirDragOptions{0.1};
+  Simulation simulation(scene);
+  settle(simulation, 1e-10);
+  const auto wrenches = simulation.pinWrenches();
+  const Eigen::Vector3d left = wrenches.at("left").force, right = wrenches.at("right").force;
+  // What the forces of the free particles leave, at accelerations of 1e-10 m/s in a step.
+  EXPECT_LT((left + right - Eigen::Vector3d(0.0, 0.0, -0.3 * kGravity)).norm(),
+            1e-6 * 0.3 * kGravity);
+  EXPECT_NEAR(left.x(), -right.x(), 1e-6);
+  EXPECT_GT(left.x(), 1.0);  // pulled towards the middle
+}
+
+TEST(Wrenches, OfShapesBalanceTheWeightOfWhatLiesOnThem) {
+  Scene scene = drapedCloth(Scheme::kLinearImplicitEuler, {{"floor", Plane{{0, 0, 0}, {0, 0, 1}}},
+                                                           {"ball", Sphere{{0.0, 0.0, 0.3}, 0.2}}});
+  Simulation simulation(scene);
+  settle(simulation, 1e-4);
+  const auto wrenches = simulation.shapeWrenches();
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const auto& [name, wrench] : wrenches) sum += wrench.force;
+  EXPECT_LT((sum - Eigen::Vector3d(0.0, 0.0, -0.1 * kGravity)).norm(), 1e-3 * 0.1 * kGravity);
+  EXPECT_LT(wrenches.at("ball").force.z(), -0.5 * 0.1 * kGravity);
+  // Normal forces have no moment about the middle of a ball.
+  EXPECT_LT(wrenches.at("ball").torque.norm(), 0.2 * 0.02);
+}
+
+// A rope slung over a bar slips where the tensions differ by more than e^(mu phi) (Euler,
+// Eytelwein).
+TEST(Friction, CapstanHoldsUpToTheExponentialOfTheAngle) {
+  constexpr double kFriction = 0.3;
+  const double limit = std::exp(kFriction * M_PI);
+  const auto slips = [&](double ratio) {
+    constexpr int kSegments = 120;
+    constexpr double kRadius = 0.1, kThickness = 0.005, kTail = 0.15;
+    Particles rope;
+    const double way = M_PI * (kRadius + kThickness), length = way + 2.0 * kTail;
+    for (int i = 0; i <= kSegments; ++i) {
+      const double s = length * i / kSegments - kTail;
+      const double angle = std::clamp(s / (kRadius + kThickness), 0.0, M_PI);
+      const double below = s < 0.0 ? s : s > way ? way - s : 0.0;
+      rope.positions.emplace_back(-(kRadius + kThickness) * std::cos(angle), 0.0,
+                                  (kRadius + kThickness) * std::sin(angle) + below);
+      rope.velocities.push_back(Eigen::Vector3d::Zero());
+      rope.masses.push_back(1e-5);
+      if (i > 0) {
+        rope.springs.push_back({static_cast<std::uint32_t>(i - 1), static_cast<std::uint32_t>(i)});
+        rope.stiffness.push_back(2e4);
+      }
+    }
+    // Both ends carry a weight, against which the rope's own is nothing.
+    rope.masses.front() = 0.1;
+    rope.masses.back() = 0.1 * ratio;
+    Scene scene = netScene(rope, Scheme::kImplicitEuler, 1000.0);
+    scene.solver.max_newton_iterations = 100;
+    scene.effects.gravity = GravityOptions{Eigen::Vector3d(0.0, 0.0, -kGravity)};
+    scene.effects.air_drag = AirDragOptions{0.02};
+    scene.effects.contact =
+        contactWith({{"bar", Capsule{{0.0, -0.1, 0.0}, {0.0, 0.1, 0.0}, kRadius}}});
+    scene.effects.contact->thickness = kThickness;
+    scene.effects.contact->stiffness = 1e4;
+    scene.effects.contact->friction = kFriction;
+    Simulation simulation(scene);
+    for (int step = 0; step < 200; ++step) simulation.step();
+    const double before = simulation.state().positions(2, kSegments);
+    for (int step = 0; step < 100; ++step) simulation.step();
+    // Sticking, it creeps by less than a millimetre per second; slipping, it gathers way.
+    return before - simulation.state().positions(2, kSegments) > 5e-4;
+  };
+  EXPECT_FALSE(slips(0.95 * limit));
+  EXPECT_TRUE(slips(1.05 * limit));
+}
+
 TEST(EffectsReader, NamesWhatIsWrongAndWhere) {
   const auto problem = [](const std::string& effects) {
     const auto problems = problemsOf(sceneWith("effects", effects));

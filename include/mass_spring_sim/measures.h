@@ -1,8 +1,11 @@
 #pragma once
 
+#include <map>
 #include <optional>
+#include <string>
 
 #include "mass_spring_sim/model.h"
+#include "mass_spring_sim/pins.h"
 #include "mass_spring_sim/state.h"
 
 namespace mass_spring {
@@ -24,6 +27,28 @@ double maxStretch(const Model& model, const State& state);
 
 /// Strain l / L - 1 of one spring; 0 where L = 0.
 double strain(const Spring& spring, const Vectors& positions);
+
+/// What the particles exert on something, in the axes of the scene.
+struct Wrench {
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();   ///< N
+  Eigen::Vector3d torque = Eigen::Vector3d::Zero();  ///< N m
+
+  void add(const Eigen::Vector3d& f, const Eigen::Vector3d& arm) {
+    force += f;
+    torque += arm.cross(f);
+  }
+};
+
+/// What the particles of each pin exert on whatever holds it, about the origin of its target: all
+/// forces on them, without their own inertia where the pin is accelerated. At rest, the forces of
+/// all pins sum up to the weight.
+/// @param loads  N per particle, or nullptr
+std::map<std::string, Wrench> pinWrenches(const Model& model, const State& state, const Pins& pins,
+                                          const Vectors* loads);
+
+/// What the particles exert on each shape of contact, about its centre (a plane's point): what a
+/// sensor in it would feel. Empty without contact.
+std::map<std::string, Wrench> shapeWrenches(const Model& model, const State& state);
 
 /// The first particle whose position or velocity is not finite.
 std::optional<std::uint32_t> firstNotFinite(const State& state);

@@ -1,9 +1,12 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
+#include <string>
 
 #include "mass_spring_sim/command.h"
+#include "mass_spring_sim/measures.h"
 #include "mass_spring_sim/model.h"
 #include "mass_spring_sim/pins.h"
 #include "mass_spring_sim/scene.h"
@@ -36,6 +39,10 @@ class Simulation {
   double stepSize() const { return 1.0 / scene_.rate; }  ///< s
   std::size_t matrixNonzeros()
       const;  ///< scalars of the whole symmetric step matrix; 0 if explicit
+
+  /// By name, at the state; see measures.h. Not while it steps.
+  std::map<std::string, Wrench> pinWrenches() const;
+  std::map<std::string, Wrench> shapeWrenches() const;
 
   /// Checks a command and, if it is accepted, lets it take effect with the next step.
   CommandResult apply(const Command& command);

@@ -12,6 +12,17 @@ nlohmann::json json(const Energy& energy) {
           {"total", energy.total()}};
 }
 
+nlohmann::json json(const std::map<std::string, Wrench>& wrenches) {
+  nlohmann::json object = nlohmann::json::object();
+  const auto list = [](const Eigen::Vector3d& v) {
+    return nlohmann::json::array({v.x(), v.y(), v.z()});
+  };
+  for (const auto& [name, wrench] : wrenches) {
+    object[name] = {{"force", list(wrench.force)}, {"torque", list(wrench.torque)}};
+  }
+  return object;
+}
+
 nlohmann::json orNull(double value) {
   return value < 0.0 ? nlohmann::json() : nlohmann::json(value);
 }
@@ -47,6 +58,8 @@ nlohmann::json jsonReport(const Simulation& simulation, const RunStatistics& sta
         {"end", json(energy(simulation.model(), simulation.state()))},
         {"max_total", statistics.max_energy}}},
       {"max_stretch", statistics.max_stretch},
+      {"pins", json(simulation.pinWrenches())},
+      {"shapes", json(simulation.shapeWrenches())},
       {"status", name(statistics.status)},
       {"message", statistics.message()},
   };
