@@ -9,6 +9,7 @@
 #include "effects/contact.h"
 #include "effects/gravity.h"
 #include "effects/springs.h"
+#include "effects/wind.h"
 #include "mass_spring_sim/model.h"
 #include "scheme_choice.h"
 #include "solvers/block_pattern.h"
@@ -87,6 +88,9 @@ Model buildModel(const Scene& scene) {
   }
   if (scene.effects.air_drag) {
     model.effects.push_back(std::make_unique<AirDrag>(scene.effects.air_drag->coefficient));
+  }
+  if (scene.effects.wind) {
+    model.effects.push_back(std::make_unique<Wind>(*scene.effects.wind, model));
   }
   if (scene.effects.contact) {
     model.effects.push_back(std::make_unique<Contact>(*scene.effects.contact, model.masses));

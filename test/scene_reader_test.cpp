@@ -324,7 +324,7 @@ TEST(SceneReader, RefusesEachBadValueByName) {
 TEST(SceneReader, RefusesUnknownKeysEverywhere) {
   for (const char* path :
        {"gravity", "solver.cores", "objects.cable.file", "objects.sheet.points",
-        "objects.block.segments", "objects.net.size", "pins.left.follow_frame", "effects.wind",
+        "objects.block.segments", "objects.net.size", "pins.left.follow_frame", "effects.sun",
         "effects.gravity.strength", "timeline[0].command", "timeline[0].force.frame",
         "timeline[1].pin.forces", "timeline[3].pin.target", "publish.points", "limits.max_speed"}) {
     const Lines problems = problemsOf(sceneWith(path, "1"));

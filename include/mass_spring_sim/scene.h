@@ -111,6 +111,21 @@ struct AirDragOptions {
   double coefficient = 0.0;  ///< N s/m per particle, >= 0
 };
 
+/// What is added to a wind: it blows with velocity (1 + amplitude sin(2 pi t / period)).
+struct GustOptions {
+  double amplitude = 0.0;  ///< >= 0, share of the wind; above 1 it turns round at times
+  double period = 0.0;     ///< s, > 0
+};
+
+/// Air that moves evenly past the faces of cloth and mesh, and through all objects.
+struct WindOptions {
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< m/s
+  double drag = 0.0;                                   ///< coefficient along the wind, >= 0
+  double lift = 0.0;                                   ///< coefficient across it, >= 0
+  double density = 1.2;                                ///< kg/m^3 of the air, > 0
+  std::optional<GustOptions> gust;                     ///< absent = it is steady
+};
+
 /// All that lies on the side of a plane to which its normal does not point.
 struct Plane {
   Eigen::Vector3d point;   ///< m
@@ -152,6 +167,7 @@ struct ContactOptions {
 struct EffectOptions {
   std::optional<GravityOptions> gravity;
   std::optional<AirDragOptions> air_drag;
+  std::optional<WindOptions> wind;
   std::optional<ContactOptions> contact;
 };
 

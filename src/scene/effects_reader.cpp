@@ -1,5 +1,7 @@
 #include "scene/effects_reader.h"
 
+#include <algorithm>
+
 namespace mass_spring {
 namespace {
 
@@ -54,9 +56,29 @@ void readShapes(const Place& place, std::vector<ContactShape>& shapes) {
   }
 }
 
+void readWind(const Place& place, WindOptions& wind) {
+  MapReader keys(place, "a map with velocity and drag");
+  keys.required("velocity").read(wind.velocity, anyNumber("m/s"));
+  keys.required("drag").read(wind.drag, atLeastZero(""));
+  keys.optional("lift").read(wind.lift, atLeastZero(""));
+  keys.optional("density").read(wind.density, positive("kg/m^3"));
+  if (const Place gust = keys.optional("gust"); gust.present()) {
+    wind.gust.emplace();
+    MapReader options(gust, "a map with amplitude and period");
+    options.required("amplitude").read(wind.gust->amplitude, atLeastZero(""));
+    options.required("period").read(wind.gust->period, positive("s"));
+    options.refuseUnknown();
+  }
+  keys.refuseUnknown();
+}
+
+bool hasFaces(const Object& object) {
+  return std::holds_alternative<Cloth>(object.shape) || std::holds_alternative<Mesh>(object.shape);
+}
+
 }  // namespace
 
-void readEffects(const Place& place, EffectOptions& effects) {
+void readEffects(const Place& place, const std::vector<Object>* objects, EffectOptions& effects) {
   MapReader keys(place, "a map of effects");
   if (const Place gravity = keys.optional("gravity"); gravity.present()) {
     effects.gravity.emplace();
@@ -69,6 +91,12 @@ void readEffects(const Place& place, EffectOptions& effects) {
     MapReader options(drag, "a map with coefficient");
     options.required("coefficient").read(effects.air_drag->coefficient, atLeastZero("N s/m"));
     options.refuseUnknown();
+  }
+  if (const Place wind = keys.optional("wind"); wind.present()) {
+    readWind(wind, effects.wind.emplace());
+    if (objects != nullptr && std::none_of(objects->begin(), objects->end(), hasFaces)) {
+      wind.report("a scene without faces", "an object of type cloth or mesh to blow on");
+    }
   }
   if (const Place contact = keys.optional("contact"); contact.present()) {
     ContactOptions& options = effects.contact.emplace();

@@ -80,12 +80,14 @@ Scene readScene(const Tree& tree, const std::string& directory) {
   keys.optional("start_paused").read(scene.start_paused);
   readSolver(keys.optional("solver"), directory, scene.solver);
   ParticleCounts counts;
+  const std::size_t problems_elsewhere = problems.count();
   scene.objects = readObjects(keys.required("objects"), directory, counts);
   const std::size_t problems_before = problems.count();
+  const bool objects_are_good = problems_before == problems_elsewhere;
   PinLedger ledger;
   scene.pins = readPins(keys.optional("pins"), counts, ledger);
   const bool pins_are_good = problems.count() == problems_before;
-  readEffects(keys.optional("effects"), scene.effects);
+  readEffects(keys.optional("effects"), objects_are_good ? &scene.objects : nullptr, scene.effects);
   const Place timeline = keys.optional("timeline");
   readPublish(keys.optional("publish"), scene.publish);
   readLimits(keys.optional("limits"), scene.limits);

@@ -232,6 +232,21 @@ void writeGeometry(Writer& yaml, const Capsule& capsule) {
   yaml.add("radius", capsule.radius);
 }
 
+void writeWind(Writer& yaml, const WindOptions& wind) {
+  yaml.begin("wind");
+  yaml.add("velocity", wind.velocity);
+  yaml.add("drag", wind.drag);
+  yaml.add("lift", wind.lift);
+  yaml.add("density", wind.density);
+  if (wind.gust) {
+    yaml.begin("gust");
+    yaml.add("amplitude", wind.gust->amplitude);
+    yaml.add("period", wind.gust->period);
+    yaml.end();
+  }
+  yaml.end();
+}
+
 void writeContact(Writer& yaml, const ContactOptions& contact) {
   yaml.begin("contact");
   yaml.add("stiffness", contact.stiffness);
@@ -260,6 +275,7 @@ void writeEffects(Writer& yaml, const EffectOptions& effects) {
     yaml.add("coefficient", effects.air_drag->coefficient);
     yaml.end();
   }
+  if (effects.wind) writeWind(yaml, *effects.wind);
   if (effects.contact) writeContact(yaml, *effects.contact);
   yaml.end();
 }
