@@ -44,11 +44,9 @@ double EnergyCheck::pinPower(const State& state, const Drive& drive) {
   return power;
 }
 
-double EnergyCheck::powerOfEffects(const State& state) const {
+double EnergyCheck::powerOfEffects(const Vectors& positions, const Vectors& velocities) const {
   double power = 0.0;
-  for (const auto& effect : model_.effects) {
-    power += effect->power(state.positions, state.velocities);
-  }
+  for (const auto& effect : model_.effects) power += effect->power(positions, velocities);
   return power;
 }
 
@@ -57,7 +55,7 @@ void EnergyCheck::start(double h, const State& state, const Drive& drive) {
   setTime(model_, drive.time);
   start_ = state.positions;
   before_ = energyOfFree(state.positions, state.velocities, drive);
-  fed_ = powerOfEffects(state);
+  fed_ = powerOfEffects(state.positions, state.velocities);
   pins_alone_ = power_ = 0.0;
   pins_move_ = false;
   for (Eigen::Index i = 0; i < start_.cols(); ++i) {
@@ -76,7 +74,13 @@ void EnergyCheck::start(double h, const State& state, const Drive& drive) {
 bool EnergyCheck::gained(const State& end, const Drive& drive) {
   setTime(model_, drive.time + h_);
   const Energy after = energyOfFree(end.positions, end.velocities, drive);
-  double work = h_ * std::max(fed_, powerOfEffects(end));
+  double power = std::max(fed_, powerOfEffects(end.positions, end.velocities));
+  if (power > 0.0) {
+    // What swings within the step ends at any velocity: the way that it has come tells more.
+    scratch_ = (end.positions - start_) / h_;
+    power = std::max(power, powerOfEffects(end.positions, scratch_));
+  }
+  double work = h_ * power;
   if (drive.loads) {
     for (Eigen::Index i = 0; i < start_.cols(); ++i) {
       if (drive.isPinned(i)) continue;

@@ -30,7 +30,7 @@ class EnergyCheck {
  private:
   Energy energyOfFree(const Vectors& positions, const Vectors& velocities,
                       const Drive& drive) const;
-  double powerOfEffects(const State& state) const;
+  double powerOfEffects(const Vectors& positions, const Vectors& velocities) const;
   /// What the pins do to the particles by moving [W].
   double pinPower(const State& state, const Drive& drive);
 
