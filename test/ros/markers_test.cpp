@@ -146,7 +146,7 @@ TEST(Markers, StayBelow60MegabytesPerSecond) {
   const MarkerArray usual = drawStart(model, 30.0, {0, 99});
   ASSERT_NE(find(usual, "sheet/surface"), nullptr);
   EXPECT_EQ(find(usual, "sheet/surface")->colors.size(), 2u * 99u * 99u);
-  EXPECT_EQ(Markers(model, "stage", 1.0).detail(), Detail::kFull);
+  EXPECT_EQ(Markers(model, "stage", 1.0, {}).detail(), Detail::kFull);
 }
 
 TEST(Markers, DrawPointsWithoutExtentOrSprings) {
