@@ -55,6 +55,30 @@ TEST(Allocations, NoneInAStepAfterTheFirst) {
   }
 }
 
+TEST(Allocations, NoneWithAllEffects) {
+  for (const SchemeInfo& scheme : schemes()) {
+    Scene scene = hangingCloth(10, scheme.scheme);
+    scene.rate = 2000.0;
+    scene.effects.air_drag = AirDragOptions{1e-4};
+    scene.effects.wind.emplace();
+    scene.effects.wind->velocity = {2.0, 1.0, 0.0};
+    scene.effects.wind->drag = 1.0;
+    scene.effects.wind->gust = GustOptions{0.5, 0.1};
+    scene.effects.contact.emplace();
+    scene.effects.contact->stiffness = 50.0;
+    scene.effects.contact->friction = 0.5;
+    scene.effects.contact->thickness = 0.02;
+    // The sheet, level at z = 0, touches both from the start.
+    scene.effects.contact->shapes = {{"ball", Sphere{{0.0, 0.0, -0.3}, 0.29}},
+                                     {"floor", Plane{{0.0, 0.0, -0.01}, {0.0, 0.0, 1.0}}}};
+    Simulation simulation(scene);
+    simulation.step();
+    const long before = allocations;
+    for (int n = 0; n < 10; ++n) simulation.step();
+    EXPECT_EQ(allocations - before, 0) << scheme.name;
+  }
+}
+
 TEST(Allocations, AreCounted) {
   const long before = allocations;
   const Vectors vectors = Vectors::Zero(3, 10);

@@ -32,7 +32,7 @@ nlohmann::json orNull(double value) {
 nlohmann::json jsonReport(const Simulation& simulation, const RunStatistics& statistics) {
   const StepTotals& totals = simulation.totals();
   const StepTimes& times = statistics.step_times;
-  return {
+  nlohmann::json report = {
       {"scheme", name(simulation.model().solver.scheme)},
       {"scheme_reason", simulation.model().scheme_reason},
       {"steps", simulation.state().step},
@@ -59,10 +59,12 @@ nlohmann::json jsonReport(const Simulation& simulation, const RunStatistics& sta
         {"max_total", statistics.max_energy}}},
       {"max_stretch", statistics.max_stretch},
       {"pins", json(simulation.pinWrenches())},
-      {"shapes", json(simulation.shapeWrenches())},
       {"status", name(statistics.status)},
       {"message", statistics.message()},
   };
+  const auto shapes = simulation.shapeWrenches();
+  if (!shapes.empty()) report["shapes"] = json(shapes);
+  return report;
 }
 
 }  // namespace mass_spring
