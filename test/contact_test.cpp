@@ -295,7 +295,7 @@ TEST_P(DissipativeScheme, SlidingParticleStops) {
 Scene drapedCloth(Scheme scheme, std::vector<ContactShape> shapes) {
   Cloth cloth;
   cloth.size = {0.6, 0.6};
-  cloth.resolution = {15, 15};
+  cloth.resolution = {11, 11};
   cloth.position = {0.0, 0.0, 0.55};
   cloth.mass = 0.1;
   cloth.stiffness = 100.0;
@@ -309,7 +309,7 @@ Scene drapedCloth(Scheme scheme, std::vector<ContactShape> shapes) {
   scene.solver.newton_tolerance = 1e-3;
   scene.solver.max_newton_iterations = 100;
   scene.effects.gravity = GravityOptions{Eigen::Vector3d(0.0, 0.0, -kGravity)};
-  scene.effects.air_drag = AirDragOptions{2e-3};
+  scene.effects.air_drag = AirDragOptions{4e-3};
   scene.effects.contact = contactWith(std::move(shapes));
   scene.effects.contact->friction = 0.6;
   return scene;

@@ -370,7 +370,7 @@ TEST_P(ImplicitWindy, AFlagFliesInAStormAndNeverFails) {
   scene.effects.wind = windOf({10.0, 1.0, 0.0}, 0.8, 0.2);
   scene.effects.wind->gust = GustOptions{0.3, 0.7};
   Simulation simulation(scene);
-  while (simulation.state().time < 0.8) {
+  while (simulation.state().time < 0.5) {
     const StepReport report = simulation.step();
     ASSERT_NE(report.status, StepStatus::kFailed) << report.message;
   }
