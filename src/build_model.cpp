@@ -37,6 +37,23 @@ void requirePhysical(const Scene& scene, const Model& model) {
   };
   require(scene.rate > 0.0 && std::isfinite(scene.rate), "rate", scene.rate, "a number > 0 (Hz)");
   require(scene.solver.substeps >= 1, "solver.substeps", scene.solver.substeps, "at least 1");
+  if (const auto& drag = scene.effects.air_drag) {
+    require(drag->coefficient >= 0.0 && std::isfinite(drag->coefficient),
+            "effects.air_drag.coefficient", drag->coefficient, "a number >= 0 (N s/m)");
+  }
+  if (const auto& contact = scene.effects.contact) {
+    const auto requirePositive = [&](double value, const char* field, const char* expected) {
+      require(value > 0.0 && std::isfinite(value), std::string("effects.contact.") + field, value,
+              expected);
+    };
+    requirePositive(contact->stiffness, "stiffness", "a number > 0 (N/m)");
+    requirePositive(contact->slip_velocity, "slip_velocity", "a number > 0 (m/s)");
+    require(contact->thickness >= 0.0 && std::isfinite(contact->thickness),
+            "effects.contact.thickness", contact->thickness, "a number >= 0 (m)");
+    const double friction = contact->friction.value_or(0.0);
+    require(friction >= 0.0 && std::isfinite(friction), "effects.contact.friction", friction,
+            "a number >= 0");
+  }
   for (Eigen::Index i = 0; i < model.masses.size(); ++i) {
     const double m = model.masses[i];
     require(m > 0.0 && std::isfinite(m), "masses[" + std::to_string(i) + "]", m, "a mass > 0 (kg)");

@@ -22,6 +22,9 @@ EnergyCheck::EnergyCheck(const Model& model) : model_(model) {
   scratch_.setZero(3, model.particleCount());
   mass_ = model.masses.sum();
   for (const Spring& s : model.springs) stiffness_ += s.stiffness;
+  Eigen::VectorXd held = Eigen::VectorXd::Zero(model.masses.size()), braked = held;
+  for (const auto& effect : model.effects) effect->addBounds(held, braked);
+  stiffness_ += held.sum();
 }
 
 Energy EnergyCheck::energyOfFree(const Vectors& positions, const Vectors& velocities,

@@ -35,7 +35,7 @@ class EnergyCheck {
   double pinPower(const State& state, const Drive& drive);
 
   const Model& model_;
-  double stiffness_ = 0.0;  // N/m, sum over the springs
+  double stiffness_ = 0.0;  // N/m, sum over springs and effects
   double mass_ = 0.0;       // kg, sum over the particles
   double balance_ = 0.0;    // J, gained since restart(); what was dissipated makes it negative
   double gain_ = 0.0, scale_ = 0.0, noise_ = 0.0;  // J, of the step checked last

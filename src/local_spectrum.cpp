@@ -8,11 +8,6 @@
 #include "effects/effect.h"
 
 namespace mass_spring {
-namespace {
-
-constexpr int kPowerIterations = 30;
-
-}  // namespace
 
 LocalSpectrum::LocalSpectrum(const Model& model)
     : model_(model),

@@ -7,9 +7,9 @@
 
 namespace mass_spring {
 
-/// Upper bounds of what the springs of a model can do where they are now, while boundSpectrum()
-/// holds wherever they are. A lattice, whose springs at a particle point in all directions, can
-/// vibrate at 1 / sqrt(3) of that, and its damping is a third.
+/// Upper bounds of what springs and effects of a model can do where they are now, while
+/// boundSpectrum() holds wherever they are. A lattice, whose springs at a particle point in all
+/// directions, can vibrate at 1 / sqrt(3) of that, and its damping is a third.
 ///
 /// For positive semidefinite S and any q > 0, [S -S; -S S] <= [(1 + q) S, 0; 0, (1 + 1 / q) S]: the
 /// whole matrix lies below one that has only 3 x 3 blocks on the diagonal. With q = y_j / y_i, the

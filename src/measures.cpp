@@ -38,6 +38,7 @@ std::map<std::string, Wrench> pinWrenches(const Model& model, const State& state
   std::map<std::string, Wrench> wrenches;
   if (pins.empty()) return wrenches;
   Vectors forces(3, state.positions.cols());
+  setTime(model, state.time);
   sumForces(model, loads, state.positions, state.velocities, forces);
   for (const auto& [name, pin] : pins.all()) {
     Wrench& wrench = wrenches[name];

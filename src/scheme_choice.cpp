@@ -22,7 +22,6 @@ constexpr Cost kEvaluation = {300.0, 8.0}, kImplicitStep = {3000.0, 1300.0};
 // schemes, whose steps are short for the sake of stability, see what implicit ones step over.
 constexpr double kExplicitError = 0.01, kImplicitError = 0.1;
 
-constexpr int kPowerIterations = 30;
 constexpr double kLargestSubsteps = 100000;
 
 /// @param alone  per particle, what acts on it whatever the others do

@@ -7,17 +7,21 @@
 
 namespace mass_spring {
 
-/// Upper bounds of what the springs of a model can do at any positions.
+/// Of whatever brings a bound on a spectrum down; more gain next to nothing.
+constexpr int kPowerIterations = 30;
+
+/// Upper bounds of what springs and effects of a model can do at any positions.
 struct SpectrumBounds {
   double frequency;  ///< rad/s, sqrt of the largest eigenvalue of M^-1 K
   double damping;    ///< 1/s, largest eigenvalue of M^-1 D
 };
 /// K lies below the Laplacian of the springs, L (x) I, since r = 1 - l0/l < 1; and the spectral
 /// radius of M^-1 |L| is at most max_i (M^-1 |L| y)_i / y_i for every y > 0 (Collatz 1942), which a
-/// few power iterations bring down.
+/// few power iterations bring down. What effects do to particles alone is added on the diagonal.
 SpectrumBounds boundSpectrum(const Model& model);
 
-/// The largest stable step [s] of symplectic Euler: w^2 h^2 + 2 d h <= 4; infinity without springs.
+/// The largest stable step [s] of symplectic Euler: w^2 h^2 + 2 d h <= 4; infinity where nothing
+/// acts.
 double stableSymplecticStep(const SpectrumBounds& bounds);
 /// Of Stoermer-Verlet with velocities continued for the damping: w^2 h^2 + 4 d h <= 4.
 double stableVerletStep(const SpectrumBounds& bounds);
@@ -30,7 +34,7 @@ struct SchemeChoice {
 };
 /// Decides `auto`: an explicit scheme in so many sub-steps that it is stable, or an implicit one,
 /// whichever costs less on this model, with the sub-steps that an accuracy is likely to need.
-/// @param model  with its springs
+/// @param model  with its springs and effects
 SchemeChoice chooseScheme(const Scene& scene, const Model& model);
 
 }  // namespace mass_spring

@@ -8,7 +8,7 @@ namespace {
 
 // A sub-step that the operating system interrupts may take a hundred times as long, and says
 // nothing about the next one. Slower scenes are still learnt within some ten sub-steps.
-constexpr double kLargestGrowth = 4.0;
+constexpr double kLargestRise = 4.0;
 constexpr double kShare = 0.1;  // of a new cost in the mean
 // Mean deviations above the mean: 3.75 of them are three standard deviations of a normal
 // distribution.
@@ -36,7 +36,7 @@ void StepBudget::Cost::learn(double seconds) {
     mean = seconds;
     return;
   }
-  const double difference = std::min(seconds, kLargestGrowth * mean) - mean;
+  const double difference = std::min(seconds, kLargestRise * mean) - mean;
   deviation += kShare * (std::abs(difference) - deviation);
   mean += kShare * difference;
 }

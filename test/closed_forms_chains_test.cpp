@@ -11,8 +11,6 @@
 namespace mass_spring {
 namespace {
 
-constexpr double kGravity = 9.81;  // m/s^2
-
 class EveryChain : public testing::TestWithParam<Scheme> {};
 class ImplicitChains : public testing::TestWithParam<Scheme> {};
 INSTANTIATE_TEST_SUITE_P(Schemes, EveryChain, testing::ValuesIn(allSchemes()), schemeName);

@@ -13,7 +13,6 @@ namespace mass_spring {
 namespace {
 
 const Eigen::Vector3d kDown(0, 0, -1);
-constexpr double kGravity = 9.81;  // m/s^2
 
 /// Every second step of 1e8 times the stiffness.
 void contrast(Particles& net) {

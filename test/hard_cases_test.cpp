@@ -26,7 +26,7 @@ class HardCaseTest : public testing::Test {
   Trial trial_;
 };
 
-const bool registered = [] {
+const bool hard_cases_registered = [] {
   for (const HardCase& row : hardCases()) {
     for (const Trial& trial : trials(row)) {
       testing::RegisterTest(
@@ -39,7 +39,7 @@ const bool registered = [] {
 }();
 
 TEST(HardCases, AreSeveralHundredRunsOfThirtyCases) {
-  EXPECT_TRUE(registered);
+  EXPECT_TRUE(hard_cases_registered);
   std::vector<char> seen(31, 0);
   std::size_t runs = 0;
   for (const HardCase& row : hardCases()) {

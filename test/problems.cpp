@@ -1,6 +1,7 @@
 #include "problems.h"
 
 #include <cmath>
+#include <cstring>
 #include <random>
 
 #include "mass_spring_sim/model.h"
@@ -35,6 +36,11 @@ Scene hangingCloth(int n, Scheme scheme) {
   scene.effects.gravity = GravityOptions{Eigen::Vector3d(0, 0, -9.81)};
   pin(scene, {0, static_cast<std::uint32_t>(n - 1)});
   return scene;
+}
+
+bool sameBytes(const Vectors& a, const Vectors& b) {
+  return a.size() == b.size() &&
+         std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) == 0;
 }
 
 void pin(Scene& scene, std::vector<std::uint32_t> particles) {

@@ -6,10 +6,13 @@
 #include <vector>
 
 #include "mass_spring_sim/scene.h"
+#include "mass_spring_sim/state.h"
 
 namespace mass_spring {
 
 /// Problems whose answers are known, shared by the tests.
+
+constexpr double kGravity = 9.81;  // m/s^2
 
 /// A vacuum scene of one object "net" with the given solver; no pins, no gravity.
 Scene netScene(Particles particles, Scheme scheme, double rate);
@@ -46,6 +49,8 @@ Particles byHand(const Scene& scene);
 /// A chain of `links` springs of rest length `length` from the origin along a direction, at rest.
 Particles chain(int links, double length, const Eigen::Vector3d& direction, double mass,
                 double stiffness);
+
+bool sameBytes(const Vectors& a, const Vectors& b);
 
 /// The first pin of a scene: the given particles of its first object.
 void pin(Scene& scene, std::vector<std::uint32_t> particles);

@@ -113,10 +113,6 @@ double energySize(const Simulation& simulation) {
   return now.kinetic + now.elastic + gravity;
 }
 
-bool sameBytes(const Vectors& a, const Vectors& b) {
-  return std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) == 0;
-}
-
 }  // namespace
 
 Scene randomScene(std::uint32_t seed) {

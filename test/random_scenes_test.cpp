@@ -42,7 +42,7 @@ constexpr std::uint32_t kScenes = 50;  // the sanitizers make everything ten tim
 constexpr std::uint32_t kScenes = 200;
 #endif
 
-const bool registered = [] {
+const bool random_scenes_registered = [] {
   const std::uint32_t first = fromEnvironment("MASS_SPRING_RANDOM_SEED", 1);
   const std::uint32_t count = fromEnvironment("MASS_SPRING_RANDOM_SCENES", kScenes);
   for (std::uint32_t seed = first; seed < first + count; ++seed) {
@@ -55,7 +55,7 @@ const bool registered = [] {
 
 // They are what they claim to be: every scheme, commands, stiffness over 8 decades, masses over 6.
 TEST(RandomSceneFiles, CoverTheirRanges) {
-  EXPECT_TRUE(registered);
+  EXPECT_TRUE(random_scenes_registered);
   std::vector<int> runs(schemes().size(), 0);
   int teleports = 0, pushes = 0;
   double softest = HUGE_VAL, stiffest = 0.0, lightest = HUGE_VAL, heaviest = 0.0;

@@ -6,14 +6,14 @@
 namespace mass_spring {
 namespace {
 
-Scene read(const std::string& yaml, const std::string& directory = "") {
+Scene parsed(const std::string& yaml, const std::string& directory = "") {
   return readScene(readYamlText(yaml, "scene"), directory);
 }
 
 TEST(SceneYaml, ReadsBackAsTheSameScene) {
-  const Scene scene = read(kSceneText);
+  const Scene scene = parsed(kSceneText);
   const std::string yaml = toYaml(scene);
-  const Scene again = read(yaml);
+  const Scene again = parsed(yaml);
   EXPECT_EQ(toYaml(again), yaml);
   EXPECT_EQ(again.frame_id, scene.frame_id);
   EXPECT_EQ(again.rate, scene.rate);
@@ -34,7 +34,7 @@ TEST(SceneYaml, KeepsEveryBitOfEveryNumber) {
   put(tree, "objects.net.masses", "[0.1, 0.30000000000000004, 1.0e-300]");
   put(tree, "timeline[2].pin.orientation", "[0.1, 1.5707963267948966, -3.0]");
   const Scene scene = readScene(tree, "");
-  const Scene again = read(toYaml(scene));
+  const Scene again = parsed(toYaml(scene));
   EXPECT_EQ(again.rate, scene.rate);
   EXPECT_EQ(std::get<Particles>(again.objects[2].shape).masses,
             std::get<Particles>(scene.objects[2].shape).masses);
@@ -51,33 +51,33 @@ TEST(SceneYaml, KeepsEveryBitOfAnOrientation) {
                              "[1.0422726253216616, 2.7677236735943103, 2.9130065320347382]"}) {
     const Scene scene = readScene(sceneWith("timeline[2].pin.orientation", angles), "");
     const std::string yaml = toYaml(scene);
-    EXPECT_EQ(toYaml(read(yaml)), yaml);
+    EXPECT_EQ(toYaml(parsed(yaml)), yaml);
   }
 }
 
 TEST(SceneYaml, SpellsOutDefaults) {
   const std::string yaml =
-      toYaml(read("objects: {dot: {type: particles, positions: [[0, 0, 0]], masses: 1}}"));
+      toYaml(parsed("objects: {dot: {type: particles, positions: [[0, 0, 0]], masses: 1}}"));
   for (const char* line :
        {"frame_id: world\n", "rate: 100.0\n", "start_paused: false\n", "  scheme: tr_bdf2\n",
         "  newton_tolerance: 1.0e-06\n", "  markers: 30.0\n", "  max_force: 1000000.0\n",
         "    velocities: [[0.0, 0.0, 0.0]]\n"}) {
     EXPECT_NE(yaml.find(line), std::string::npos) << line << yaml;
   }
-  EXPECT_EQ(toYaml(read(yaml)), yaml);
+  EXPECT_EQ(toYaml(parsed(yaml)), yaml);
 }
 
 TEST(SceneYaml, WritesEveryKindOfCommand) {
   const std::string yaml = toYaml(
-      read("objects: {dot: {type: particles, positions: [[0, 0, 0], [1, 0, 0]], masses: 1}}\n"
-           "timeline:\n"
-           "  - {time: 0, force: {forces: [[0, 0, 1], [0, 0, 2]], duration: -1, id: 'a: b'}}\n"
-           "  - {time: 1, pin: {action: add, name: a, point: [1, 2, 3], radius: 4}}\n"
-           "  - {time: 2, pin: {action: move, name: a, target: [1, 2, 3]}}\n"
-           "  - {time: 3, pin: {action: remove, name: a}}\n"
-           "  - {time: 4, pin: {action: add, name: b, particles: [1], target: [0, 0, 1],"
-           " orientation: [0, 0, 1]}}\n"));
-  const Scene again = read(yaml);
+      parsed("objects: {dot: {type: particles, positions: [[0, 0, 0], [1, 0, 0]], masses: 1}}\n"
+             "timeline:\n"
+             "  - {time: 0, force: {forces: [[0, 0, 1], [0, 0, 2]], duration: -1, id: 'a: b'}}\n"
+             "  - {time: 1, pin: {action: add, name: a, point: [1, 2, 3], radius: 4}}\n"
+             "  - {time: 2, pin: {action: move, name: a, target: [1, 2, 3]}}\n"
+             "  - {time: 3, pin: {action: remove, name: a}}\n"
+             "  - {time: 4, pin: {action: add, name: b, particles: [1], target: [0, 0, 1],"
+             " orientation: [0, 0, 1]}}\n"));
+  const Scene again = parsed(yaml);
   EXPECT_EQ(toYaml(again), yaml);
   EXPECT_EQ(std::get<ForceCommand>(again.timeline[0].command).id, "a: b");
   EXPECT_EQ(std::get<PinCommand>(again.timeline[1].command).radius, 4.0);
@@ -86,10 +86,10 @@ TEST(SceneYaml, WritesEveryKindOfCommand) {
 
 TEST(SceneYaml, QuotesNamesThatMeanSomethingElse) {
   const std::string yaml =
-      toYaml(read("frame_id: 'true'\n"
-                  "objects: {'on': {type: particles, positions: [[0, 0, 0]], masses: 1}}\n"
-                  "pins: {'null': {object: 'on', particles: [0]}}"));
-  const Scene again = read(yaml);
+      toYaml(parsed("frame_id: 'true'\n"
+                    "objects: {'on': {type: particles, positions: [[0, 0, 0]], masses: 1}}\n"
+                    "pins: {'null': {object: 'on', particles: [0]}}"));
+  const Scene again = parsed(yaml);
   EXPECT_EQ(again.frame_id, "true");
   EXPECT_EQ(again.objects[0].name, "on");
   EXPECT_EQ(again.pins[0].name, "null");
@@ -99,9 +99,9 @@ TEST(SceneYaml, KeepsTheMeshFile) {
   const TemporaryFolder folder;
   folder.write("a b.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   const Scene scene =
-      read("objects: {skin: {type: mesh, file: a b.obj, scale: 0.5, mass: 1, stiffness: 10}}",
-           folder.path());
-  const Scene again = read(toYaml(scene), folder.path());
+      parsed("objects: {skin: {type: mesh, file: a b.obj, scale: 0.5, mass: 1, stiffness: 10}}",
+             folder.path());
+  const Scene again = parsed(toYaml(scene), folder.path());
   const Mesh& mesh = std::get<Mesh>(again.objects[0].shape);
   EXPECT_EQ(mesh.file, "a b.obj");
   EXPECT_EQ(mesh.scale, 0.5);

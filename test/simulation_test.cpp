@@ -40,11 +40,6 @@ PinCommand addPin(const std::string& name, std::vector<std::uint32_t> particles)
   return command;
 }
 
-bool sameBytes(const Vectors& a, const Vectors& b) {
-  return a.size() == b.size() &&
-         std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) == 0;
-}
-
 TEST(Forces, ActForTheirDurationOnTheirParticles) {
   for (const SchemeInfo& scheme : schemes()) {
     Simulation simulation(freeParticles(scheme.scheme));

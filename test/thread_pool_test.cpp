@@ -36,7 +36,8 @@ TEST(ThreadPool, SeesWhatWasWrittenBeforeAndAfter) {
   }
 }
 
-// Helpers that have gone to sleep must come back.
+// Helpers that have gone to sleep must come back. They do so within the pause, or the test has less
+// to find: what it expects holds either way.
 TEST(ThreadPool, WakesUp) {
   ThreadPool pool(2);
   for (int round = 0; round < 5; ++round) {

@@ -9,15 +9,12 @@
 
 #include "mass_spring_sim/simulation.h"
 #include "problems.h"
-#include "scene_text.h"
 #include "solvers/block_pattern.h"
 #include "solvers/step_matrix.h"
 
 // Wind against finite differences and closed forms.
 namespace mass_spring {
 namespace {
-
-constexpr double kGravity = 9.81;  // m/s^2
 
 WindOptions windOf(const Eigen::Vector3d& velocity, double drag, double lift) {
   WindOptions wind;
@@ -402,70 +399,17 @@ TEST(Wind, WhatItFeedsInIsNotTakenForAGain) {
   }
 }
 
-Tree windyScene(const std::string& wind) { return sceneWith("effects.wind", wind); }
-
-TEST(WindReader, ReadsAndWritesAllOfIt) {
-  const Scene scene = readScene(windyScene("{velocity: [2, 0, -1], drag: 0.5, lift: 0.1, density: "
-                                           "1.1, gust: {amplitude: 0.5, period: 2}}"),
-                                "");
-  ASSERT_TRUE(scene.effects.wind && scene.effects.wind->gust);
-  EXPECT_EQ(scene.effects.wind->velocity, Eigen::Vector3d(2.0, 0.0, -1.0));
-  EXPECT_EQ(scene.effects.wind->drag, 0.5);
-  EXPECT_EQ(scene.effects.wind->lift, 0.1);
-  EXPECT_EQ(scene.effects.wind->density, 1.1);
-  EXPECT_EQ(scene.effects.wind->gust->amplitude, 0.5);
-  EXPECT_EQ(scene.effects.wind->gust->period, 2.0);
-  const std::string yaml = toYaml(scene);
-  EXPECT_EQ(toYaml(readScene(readYamlText(yaml, "scene"), "")), yaml);
-  EXPECT_NE(yaml.find("      period: 2.0\n"), std::string::npos) << yaml;
-}
-
-TEST(WindReader, LeavesOutWhatIsNotThere) {
-  const Scene scene = readScene(windyScene("{velocity: [2, 0, 0], drag: 0.5}"), "");
-  EXPECT_EQ(scene.effects.wind->lift, 0.0);
-  EXPECT_EQ(scene.effects.wind->density, 1.2);
-  EXPECT_FALSE(scene.effects.wind->gust);
-  const std::string yaml = toYaml(scene);
-  EXPECT_EQ(yaml.find("gust"), std::string::npos);
-  EXPECT_EQ(toYaml(readScene(readYamlText(yaml, "scene"), "")), yaml);
-  EXPECT_EQ(toYaml(readScene(sceneWith("rate", "200.0"), "")).find("wind"), std::string::npos);
-}
-
-TEST(WindReader, SaysWhatIsWrong) {
-  using Lines = std::vector<std::string>;
-  EXPECT_EQ(problemsOf(windyScene("~")),
-            (Lines{"effects.wind.velocity: got nothing, expected a list of 3 finite numbers (m/s)",
-                   "effects.wind.drag: got nothing, expected a number >= 0"}));
-  EXPECT_EQ(problemsOf(windyScene("{velocity: [1, 0, 0], drag: -1, lift: -1, density: 0, gust: "
-                                  "{amplitude: -1, period: 0}}")),
-            (Lines{"effects.wind.drag: got -1, expected a number >= 0",
-                   "effects.wind.lift: got -1, expected a number >= 0",
-                   "effects.wind.density: got 0, expected a number > 0 (kg/m^3)",
-                   "effects.wind.gust.amplitude: got -1, expected a number >= 0",
-                   "effects.wind.gust.period: got 0, expected a number > 0 (s)"}));
-  EXPECT_EQ(problemsOf(windyScene("{velocity: [1, 0, 0], drag: 1, gust: 0.5}")),
-            Lines{"effects.wind.gust: got 0.5, expected a map with amplitude and period"});
-  EXPECT_EQ(
-      problemsOf(windyScene("{velocity: [1, 0, 0], drags: 1, drag: 1}")),
-      Lines{
-          "effects.wind.drags: got an unknown key, expected one of velocity, drag, lift, density, "
-          "gust (did you mean 'drag'?)"});
-}
-
-TEST(WindReader, RefusesASceneWithNothingToBlowOn) {
-  const std::string cable =
-      "{type: rope, start: [0, 0, 0], end: [1, 0, 0], segments: 4, mass: 1, "
-      "stiffness: 1}";
-  const std::string wind = "effects: {wind: {velocity: [1, 0, 0], drag: 1}}\n";
-  EXPECT_EQ(
-      problemsOf("objects: {cable: " + cable + "}\n" + wind),
-      std::vector<std::string>{"effects.wind: got a scene without faces, expected an object of "
-                               "type cloth or mesh to blow on"});
-  // A sheet that is wrong in another way is no reason to complain about the wind.
-  const std::vector<std::string> problems =
-      problemsOf("objects: {sheet: {type: cloth, size: [1, 1], mass: 1, stiffness: 1}}\n" + wind);
-  ASSERT_EQ(problems.size(), 1u);
-  EXPECT_EQ(problems[0].find("objects.sheet.resolution"), 0u) << problems[0];
+// Whatever was computed last, the forces on pins are those of the state's own time.
+TEST(Wind, PinsFeelTheGustOfTheMoment) {
+  Scene scene = hangingCloth(5, Scheme::kSymplecticEuler);
+  scene.rate = 1000.0;
+  scene.effects.wind = windOf({3.0, 0.0, -1.0}, 1.0, 0.0);
+  scene.effects.wind->gust = GustOptions{0.9, 0.5};
+  Simulation simulation(scene);
+  simulation.step();
+  const Eigen::Vector3d force = simulation.pinWrenches().at("hold").force;
+  setTime(simulation.model(), 0.125);  // when the gust is strongest
+  EXPECT_EQ(simulation.pinWrenches().at("hold").force, force);
 }
 
 }  // namespace

@@ -54,27 +54,6 @@ void Contact::addEnergy(const Vectors& positions, Energy& energy) const {
   });
 }
 
-void Contact::addPressure(const Vectors& positions, Vectors& forces, Energy& energy) const {
-  forEachContact(positions, [&](std::uint32_t i, auto, const Surface& surface, double depth) {
-    const double pressure = options_.stiffness * depth;
-    energy.elastic += 0.5 * pressure * depth;
-    forces.col(i) += pressure * surface.normal;
-  });
-}
-
-void Contact::addFriction(const Vectors& positions, const Vectors& velocities, Vectors& forces,
-                          double& dissipation) const {
-  if (friction_ == 0.0) return;
-  const double e = options_.slip_velocity;
-  forEachContact(positions, [&](std::uint32_t i, auto, const Surface& surface, double depth) {
-    const double limit = friction_ * options_.stiffness * depth;
-    const Eigen::Vector3d sliding = across(surface.normal, velocities.col(i));
-    const double speed = sliding.norm(), y = speed / e;
-    forces.col(i) -= limit * slip(speed).secant * sliding;
-    dissipation += limit * e * (y < 1.0 ? y * y * (1.0 - y / 3.0) : y - 1.0 / 3.0);
-  });
-}
-
 void Contact::addForces(const Vectors& positions, const Vectors& velocities,
                         Vectors& forces) const {
   Energy energy;
@@ -90,8 +69,27 @@ void Contact::addForces(const Vectors& positions, const Vectors& velocities, Vec
 void Contact::addForcesHolding(const Vectors& held, const Vectors& positions,
                                const Vectors& velocities, Vectors& forces, Energy& energy,
                                double& dissipation) const {
-  addPressure(positions, forces, energy);
-  addFriction(held, velocities, forces, dissipation);
+  const double k = options_.stiffness, e = options_.slip_velocity;
+  const auto press = [&](std::uint32_t i, const Surface& surface, double depth) {
+    energy.elastic += 0.5 * k * depth * depth;
+    forces.col(i) += k * depth * surface.normal;
+  };
+  const auto rub = [&](std::uint32_t i, const Surface& surface, double depth) {
+    const double limit = friction_ * k * depth;
+    const Eigen::Vector3d sliding = across(surface.normal, velocities.col(i));
+    const double speed = sliding.norm(), y = speed / e;
+    forces.col(i) -= limit * slip(speed).secant * sliding;
+    dissipation += limit * e * (y < 1.0 ? y * y * (1.0 - y / 3.0) : y - 1.0 / 3.0);
+  };
+  const bool apart = &held != &positions;
+  forEachContact(positions, [&](std::uint32_t i, auto, const Surface& surface, double depth) {
+    press(i, surface, depth);
+    if (friction_ > 0.0 && !apart) rub(i, surface, depth);
+  });
+  if (friction_ == 0.0 || !apart) return;
+  forEachContact(held, [&](std::uint32_t i, auto, const Surface& surface, double depth) {
+    rub(i, surface, depth);
+  });
 }
 
 // With N = k p, u = v - (n . v) n: dN = -k n . dx, dn = H dx, du = dv across n - (dn . v) n
@@ -195,7 +193,7 @@ void Contact::addBounds(Eigen::VectorXd& stiffness, Eigen::VectorXd& damping) co
   const double k = options_.stiffness * static_cast<double>(shapes_.size());
   stiffness.array() += k;
   // Pressed in as deep as contact can be meant to be.
-  damping.array() += 2.0 * friction_ * k * options_.thickness / options_.slip_velocity;
+  damping.array() += 2.0 * friction_ * k * length() / options_.slip_velocity;
 }
 
 double Contact::length() const {

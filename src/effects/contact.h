@@ -48,7 +48,8 @@ class Contact : public Effect {
                                const MatrixWeights& weights, Projection projection,
                                StepMatrix& matrix) const override;
   /// About the positions that are to be expected: what a step leads into a shape is kept out by
-  /// that step already.
+  /// that step already. Of what slides too fast for a step to stop it, friction is a force of full
+  /// size and D acts only across the sliding; of the rest, all friction is damping, by the secant.
   std::uint32_t linearise(const Vectors& positions, const Vectors& velocities, double w,
                           StepMatrix& matrix, Vectors& forces) const override;
   void addBounds(Eigen::VectorXd& stiffness, Eigen::VectorXd& damping) const override;
@@ -62,10 +63,6 @@ class Contact : public Effect {
   Slip slip(double speed) const;
   /// m, the largest in all shapes; 0 = in none.
   double depth(const Eigen::Vector3d& point) const;
-  void addPressure(const Vectors& positions, Vectors& forces, Energy& energy) const;
-  /// Friction by the normals and the pressures at some positions.
-  void addFriction(const Vectors& positions, const Vectors& velocities, Vectors& forces,
-                   double& dissipation) const;
   /// visit(particle, shape number, surface, depth) of all contacts.
   template <typename Visit>
   void forEachContact(const Vectors& positions, Visit visit) const;

@@ -9,7 +9,7 @@
 namespace mass_spring {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
+constexpr double kTurn = 6.28318530717958647692;  // rad
 
 Eigen::Vector3d areaVector(const Vectors& x, const std::array<std::uint32_t, 3>& face) {
   const Eigen::Vector3d to_b = x.col(face[1]) - x.col(face[0]);
@@ -62,7 +62,7 @@ Wind::Wind(const WindOptions& options, const Model& model)
 
 bool Wind::setTime(double time) {
   if (!options_.gust) return false;
-  const double phase = 2.0 * kPi * time / options_.gust->period;
+  const double phase = kTurn * time / options_.gust->period;
   velocity_ = options_.velocity * (1.0 + options_.gust->amplitude * std::sin(phase));
   return true;
 }

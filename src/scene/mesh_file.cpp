@@ -16,7 +16,7 @@
 namespace mass_spring {
 namespace {
 
-constexpr std::size_t kMostBytes = 64 << 20;
+constexpr std::size_t kMostMeshBytes = 64 << 20;
 // Cutting a polygon into triangles takes time with the square of its corners, and worse.
 constexpr std::size_t kMostCorners = 255;
 
@@ -35,8 +35,8 @@ std::string readText(const std::filesystem::path& path) {
   std::vector<char> block(1 << 20);
   for (std::size_t bytes = 0; file.read(block.data(), block.size()), file.gcount() > 0;) {
     bytes += static_cast<std::size_t>(file.gcount());
-    if (bytes > kMostBytes) {
-      fail("an OBJ file of at most " + std::to_string(kMostBytes >> 20) + " MiB", path.string(),
+    if (bytes > kMostMeshBytes) {
+      fail("an OBJ file of at most " + std::to_string(kMostMeshBytes >> 20) + " MiB", path.string(),
            "more");
     }
     text.write(block.data(), file.gcount());

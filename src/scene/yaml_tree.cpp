@@ -18,7 +18,7 @@ namespace mass_spring {
 namespace {
 
 // The parser takes about a second for each MiB; this is a hundred thousand springs by hand.
-constexpr std::size_t kMostBytes = 4 << 20;
+constexpr std::size_t kMostYamlBytes = 4 << 20;
 // Aliases repeat what they stand for, so a small file can stand for any number of values.
 constexpr std::size_t kMostValues = 1'000'000;
 // A scene needs 7. The parser calls itself for each level, so that this also bounds its stack.
@@ -227,8 +227,8 @@ bool isText(const std::string& bytes) {
 }
 
 void refuseLarge(const std::string& name, std::size_t bytes) {
-  if (bytes <= kMostBytes) return;
-  refuse(name, "too large a file", "at most " + std::to_string(kMostBytes >> 20) + " MiB");
+  if (bytes <= kMostYamlBytes) return;
+  refuse(name, "too large a file", "at most " + std::to_string(kMostYamlBytes >> 20) + " MiB");
 }
 
 }  // namespace
@@ -258,7 +258,7 @@ Tree readYamlFile(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) refuse(path, std::generic_category().message(errno), "a YAML file");
   // No more is read than the limit, so that endless files end here too.
-  std::string text(kMostBytes + 1, '\0');
+  std::string text(kMostYamlBytes + 1, '\0');
   file.read(&text[0], static_cast<std::streamsize>(text.size()));
   if (file.bad()) refuse(path, "a file that cannot be read", "a YAML file");
   text.resize(static_cast<std::size_t>(file.gcount()));

@@ -9,7 +9,6 @@
 namespace mass_spring {
 namespace {
 
-constexpr std::size_t kBlock = LevelMatrix::kBlock;
 // Particles of the coarsest level, which a full matrix solves.
 constexpr std::uint32_t kCoarsest = 36;
 
@@ -104,7 +103,7 @@ bool Multigrid::takeMatrix(const StepMatrix& matrix) {
     take(i, halves.rowEnd(i), finest.rows.start[i + 1]);
   }
   for (std::uint32_t i = 0; i < finest.size(); ++i) {
-    store(row_sums_[i], scale, &finest.row_sums[kBlock * i]);
+    store(row_sums_[i], scale, &finest.row_sums[LevelMatrix::kBlock * i]);
   }
   return true;
 }

@@ -105,7 +105,7 @@ class ClockTest(unittest.TestCase):
     def test_drives_the_time_of_other_nodes(self):
         self.pause(False)
         start = rospy.Time.now()
-        rospy.sleep(20 * STEP)
+        rospy.sleep(20 * STEP)  # of simulated time, which is what is tested
         self.assertGreaterEqual(rospy.Time.now() - start, 20 * STEP)
         self.pause(True)
         standing = self.standing_time()
