@@ -110,7 +110,9 @@ Model buildModel(const Scene& scene) {
     model.effects.push_back(std::make_unique<Wind>(*scene.effects.wind, model));
   }
   if (scene.effects.contact) {
-    model.effects.push_back(std::make_unique<Contact>(*scene.effects.contact, model.masses));
+    auto contact = std::make_unique<Contact>(*scene.effects.contact, model.masses);
+    model.contact = contact.get();
+    model.effects.push_back(std::move(contact));
   }
 
   SchemeChoice choice = chooseScheme(scene, model);

@@ -5,6 +5,8 @@
 #include <numeric>
 #include <sstream>
 
+#include "effects/contact.h"
+
 namespace mass_spring {
 namespace {
 
@@ -64,6 +66,16 @@ CommandResult resolve(const Eigen::Vector3d& point, double radius, const ModelOb
   return {};
 }
 
+CommandResult notFinite(const char* field) {
+  return refuse(Refusal::kNotFinite, field, ": got NaN or infinity, expected finite numbers (m)");
+}
+
+CommandResult checkFinite(const Pose& target) {
+  if (!target.position.allFinite()) return notFinite("target.position");
+  if (!target.orientation.coeffs().allFinite()) return notFinite("target.orientation");
+  return {};
+}
+
 }  // namespace
 
 CommandResult checkForce(const ForceCommand& command, const Model& model, const Limits& limits,
@@ -107,11 +119,7 @@ CommandResult checkForce(const ForceCommand& command, const Model& model, const 
 
 CommandResult checkPin(const PinCommand& command, const Model& model, const Vectors& positions,
                        std::vector<std::uint32_t>& particles) {
-  const auto notFinite = [](const char* field) {
-    return refuse(Refusal::kNotFinite, field, ": got NaN or infinity, expected finite numbers (m)");
-  };
-  if (!command.target.position.allFinite()) return notFinite("target.position");
-  if (!command.target.orientation.coeffs().allFinite()) return notFinite("target.orientation");
+  if (CommandResult result = checkFinite(command.target); !result.accepted()) return result;
   if (!command.point.allFinite()) return notFinite("point");
   if (!std::isfinite(command.radius)) return notFinite("radius");
   if (command.name.empty()) {
@@ -129,6 +137,24 @@ CommandResult checkPin(const PinCommand& command, const Model& model, const Vect
   return command.particles.empty()
              ? resolve(command.point, command.radius, *object, positions, particles)
              : resolve(command.particles, *object, particles);
+}
+
+CommandResult checkShape(const ShapeCommand& command, const Model& model) {
+  if (CommandResult result = checkFinite(command.target); !result.accepted()) return result;
+  if (!std::isfinite(command.duration)) return notFinite("duration");
+  if (command.duration < 0.0) {
+    return refuse(Refusal::kBadValue, "duration: got ", command.duration,
+                  " s, expected a number >= 0");
+  }
+  if (model.contact && model.contact->find(command.name)) return {};
+  std::string known;
+  if (model.contact) {
+    for (const Shape& shape : model.contact->shapes()) {
+      known += (known.empty() ? "" : ", ") + shape.name();
+    }
+  }
+  return refuse(Refusal::kUnknownShape, "name: got '", command.name,
+                "', expected one of the shapes of contact: ", known.empty() ? "none" : known);
 }
 
 }  // namespace mass_spring

@@ -17,4 +17,7 @@ CommandResult checkForce(const ForceCommand& command, const Model& model, const 
 CommandResult checkPin(const PinCommand& command, const Model& model, const Vectors& positions,
                        std::vector<std::uint32_t>& particles);
 
+/// The same for a command to a shape.
+CommandResult checkShape(const ShapeCommand& command, const Model& model);
+
 }  // namespace mass_spring

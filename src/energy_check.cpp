@@ -55,23 +55,25 @@ double EnergyCheck::powerOfEffects(const Vectors& positions, const Vectors& velo
 
 void EnergyCheck::start(double h, const State& state, const Drive& drive) {
   h_ = h;
-  setTime(model_, drive.time);
+  const bool timed = setTime(model_, drive.time);
   start_ = state.positions;
   before_ = energyOfFree(state.positions, state.velocities, drive);
   fed_ = powerOfEffects(state.positions, state.velocities);
-  pins_alone_ = power_ = 0.0;
+  alone_ = power_ = 0.0;
   pins_move_ = false;
   for (Eigen::Index i = 0; i < start_.cols(); ++i) {
     pins_move_ = pins_move_ || (drive.isPinned(i) && !state.velocities.col(i).isZero(0.0));
   }
-  if (!pins_move_) return;
-  power_ = pinPower(state, drive);
+  if (!pins_move_ && !timed) return;
+  if (pins_move_) power_ = pinPower(state, drive);
   scratch_ = start_;
   for (Eigen::Index i = 0; i < start_.cols(); ++i) {
     if (drive.isPinned(i)) scratch_.col(i) += h * state.velocities.col(i);
   }
+  setTime(model_, drive.time + h);
   const Energy moved = energyOfFree(scratch_, state.velocities, drive);
-  pins_alone_ = moved.total() - before_.total();
+  alone_ = moved.total() - before_.total();
+  setTime(model_, drive.time);
 }
 
 bool EnergyCheck::gained(const State& end, const Drive& drive) {
@@ -91,7 +93,9 @@ bool EnergyCheck::gained(const State& end, const Drive& drive) {
     }
   }
   if (pins_move_) {
-    work += std::max(pins_alone_, 0.5 * h_ * (power_ + pinPower(end, drive)));
+    work += std::max(alone_, 0.5 * h_ * (power_ + pinPower(end, drive)));
+  } else {
+    work += std::max(alone_, 0.0);
   }
   scale_ = before_.kinetic + before_.elastic + after.kinetic + after.elastic +
            std::abs(after.gravity - before_.gravity) + std::abs(work);

@@ -42,9 +42,9 @@ class EnergyCheck {
   double kinetic_ = 0.0;                           // J, after it
   double h_ = 0.0;
   Energy before_;
-  double pins_alone_ = 0.0;  // J, what the pins would do if all others stayed where they are
-  double power_ = 0.0;       // W, of the pins at the start
-  double fed_ = 0.0;         // W, what the effects may feed in at the start
+  double alone_ = 0.0;  // J, what pins and shapes would do if all others stayed where they are
+  double power_ = 0.0;  // W, of the pins at the start
+  double fed_ = 0.0;    // W, what the effects may feed in at the start
   bool pins_move_ = false;
   Vectors start_, scratch_;
 };

@@ -10,6 +10,7 @@ namespace mass_spring {
 
 Energy energy(const Model& model, const State& state) {
   Energy energy;
+  setTime(model, state.time);
   energy.kinetic = 0.5 * state.velocities.colwise().squaredNorm().dot(model.masses.transpose());
   for (const auto& effect : model.effects) effect->addEnergy(state.positions, energy);
   return energy;
@@ -51,15 +52,13 @@ std::map<std::string, Wrench> pinWrenches(const Model& model, const State& state
 
 std::map<std::string, Wrench> shapeWrenches(const Model& model, const State& state) {
   std::map<std::string, Wrench> wrenches;
-  for (const auto& effect : model.effects) {
-    const auto* contact = dynamic_cast<const Contact*>(effect.get());
-    if (contact == nullptr) continue;
-    for (const Shape& shape : contact->shapes()) wrenches[shape.name()];
-    for (const Touch& touch : contact->touches(state.positions, state.velocities)) {
-      const Shape& shape = contact->shapes()[touch.shape];
-      wrenches[shape.name()].add(-touch.force,
-                                 state.positions.col(touch.particle) - shape.pose().translation());
-    }
+  if (model.contact == nullptr) return wrenches;
+  setTime(model, state.time);
+  for (const Shape& shape : model.contact->shapes()) wrenches[shape.name()];
+  for (const Touch& touch : model.contact->touches(state.positions, state.velocities)) {
+    const Shape& shape = model.contact->shapes()[touch.shape];
+    wrenches[shape.name()].add(-touch.force,
+                               state.positions.col(touch.particle) - shape.pose().position);
   }
   return wrenches;
 }

@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "command_check.h"
+#include "effects/contact.h"
 #include "loads.h"
 #include "stepper.h"
 
@@ -66,8 +67,10 @@ CommandResult Simulation::apply(const Command& command) {
       [this](const auto& c) {
         if constexpr (std::is_same_v<std::decay_t<decltype(c)>, ForceCommand>) {
           return applyForce(c);
-        } else {
+        } else if constexpr (std::is_same_v<std::decay_t<decltype(c)>, PinCommand>) {
           return applyPin(c);
+        } else {
+          return applyShape(c);
         }
       },
       command);
@@ -105,6 +108,15 @@ CommandResult Simulation::applyPin(const PinCommand& command) {
   return pins_.remove(command.name);
 }
 
+CommandResult Simulation::applyShape(const ShapeCommand& command) {
+  const CommandResult result = checkShape(command, model_);
+  if (!result.accepted()) return result;
+  Shape& shape = *model_.contact->find(command.name);
+  shape.move(RigidMotion(shape.motion().at(state_.time), command.target, state_.time,
+                         std::max(command.duration, stepSize())));
+  return result;
+}
+
 StepReport Simulation::step() {
   timeline_steps_ = static_cast<double>(state_.step);
   while (timelineDue(timeline_steps_)) {
@@ -136,6 +148,7 @@ bool Simulation::continueFrom(const Simulation& other) {
   pins_ = other.pins_;
   totals_ = other.totals_;
   *loads_ = *other.loads_;
+  if (model_.contact && other.model_.contact) model_.contact->continueFrom(*other.model_.contact);
   stepper_->restart();
   timeline_steps_ = other.timeline_steps_;
   for (next_timed_command_ = 0; timelineDue(timeline_steps_);) ++next_timed_command_;
@@ -147,6 +160,7 @@ void Simulation::reset() {
   totals_ = StepTotals();
   next_timed_command_ = 0;
   timeline_steps_ = -1.0;
+  if (model_.contact) model_.contact->reset();
   stepper_->restart();
   clearForces();
   restorePins();

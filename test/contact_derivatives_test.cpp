@@ -115,9 +115,24 @@ ContactOptions rubbing() {
   return options;
 }
 
+/// Its shapes are where they start, but move and turn.
+Contact movingContact(const ContactOptions& options) {
+  Contact contact(options, Eigen::VectorXd::Constant(60, 0.1));
+  for (const ContactShape& shape : options.shapes) {
+    Shape& body = *contact.find(shape.name);
+    Pose target = body.pose();
+    target.position += Eigen::Vector3d(0.3, -0.2, 0.1);
+    target.orientation =
+        Eigen::AngleAxisd(0.5, Eigen::Vector3d(1, 2, 2) / 3.0) * target.orientation;
+    body.move(RigidMotion(body.pose(), target, 0.0, 1.0));
+  }
+  EXPECT_TRUE(contact.setTime(0.0));
+  return contact;
+}
+
 TEST(Contact, ForcesAreDerivativesOfEnergyAndOfThePotentialOfFriction) {
   const ContactOptions options = rubbing();
-  const Contact contact(options, Eigen::VectorXd::Constant(60, 0.1));
+  const Contact contact = movingContact(options);
   const Cloud c = cloud(contact, options.thickness);
   Vectors forces = Vectors::Zero(3, 60);
   contact.addForces(c.x, c.v, forces);
@@ -144,7 +159,7 @@ TEST(Contact, ForcesAreDerivativesOfEnergyAndOfThePotentialOfFriction) {
 
 TEST(Contact, ForceDerivativeIsExact) {
   const ContactOptions options = rubbing();
-  const Contact contact(options, Eigen::VectorXd::Constant(60, 0.1));
+  const Contact contact = movingContact(options);
   const Cloud c = cloud(contact, options.thickness);
   constexpr double kStep = 1e-7;
   for (const double in_time : {0.0, 1.0}) {

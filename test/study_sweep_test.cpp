@@ -8,6 +8,9 @@
 #include <fstream>
 #include <sstream>
 
+#include "mass_spring_sim/scene_reader.h"
+#include "mass_spring_sim/tree.h"
+#include "studies.h"
 #include "tools/study_table.h"
 
 namespace mass_spring {

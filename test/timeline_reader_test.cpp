@@ -82,9 +82,11 @@ struct BadTimeline {
 
 TEST(TimelineReader, RefusesEachBadCommandByName) {
   const std::vector<BadTimeline> rows = {
-      {"{time: 0}", ": got neither force nor pin, expected just one of force and pin"},
+      {"{time: 0}", ": got no command, expected just one of force, pin and shape"},
       {"{time: 0, force: {forces: [[0, 0, 0]]}, pin: {action: remove, name: a}}",
-       ": got both force and pin, expected just one of force and pin"},
+       ": got several commands, expected just one of force, pin and shape"},
+      {"{time: 0, shape: {name: ball, target: [0, 0, 0]}}",
+       ".shape.name: got 'ball', expected a shape of effects.contact, of which there is none"},
       {"{force: {forces: [[0, 0, 0]]}}", ".time: got nothing, expected a number >= 0 (s)"},
       {"{time: -1, force: {forces: [[0, 0, 0]]}}", ".time: got -1, expected a number >= 0 (s)"},
       {"{time: 0, force: {object: dog, forces: [[0, 0, 0]]}}",
@@ -151,7 +153,7 @@ TEST(TimelineReader, RefusesWhatIsNoListOfMaps) {
   EXPECT_EQ(problemsOfTimeline("timeline: {}"),
             Lines{"timeline: got an empty map, expected a list of commands"});
   EXPECT_EQ(problemsOfTimeline("timeline: [1]").at(0),
-            "timeline[0]: got 1, expected a map with time and either force or pin");
+            "timeline[0]: got 1, expected a map with time and one of force, pin and shape");
 }
 
 TEST(TimelineReader, ObjectMustBeNamedWhereThereAreSeveral) {

@@ -35,7 +35,14 @@ struct PinCommand {
   bool here = false;  ///< kAdd: the pin's pose is the centroid of its particles; target is ignored
 };
 
-using Command = std::variant<ForceCommand, PinCommand>;
+/// Moves a shape of contact: from where it is, evenly, from the next step on. In the scene's frame.
+struct ShapeCommand {
+  std::string name;
+  Pose target;            ///< of its origin: its centre, a plane's point, the middle of a capsule
+  double duration = 0.0;  ///< s, >= 0, until it is there; less than a step = one step
+};
+
+using Command = std::variant<ForceCommand, PinCommand, ShapeCommand>;
 
 /// Why a command was refused; values as in RejectedCommand.msg.
 enum class Refusal : std::uint8_t {
@@ -49,6 +56,7 @@ enum class Refusal : std::uint8_t {
   kLimit = 7,
   kConflict = 8,
   kBadValue = 9,
+  kUnknownShape = 10,
 };
 
 /// Commands are taken whole or refused whole.

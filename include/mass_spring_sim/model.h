@@ -13,6 +13,7 @@
 namespace mass_spring {
 
 class BlockPattern;
+class Contact;
 class Effect;
 class ThreadPool;
 
@@ -52,6 +53,7 @@ struct Model {
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< global particle numbers
   State start;
   std::vector<std::unique_ptr<Effect>> effects;  ///< the active ones and no others
+  Contact* contact = nullptr;                    ///< one of the effects; nullptr if it is absent
   std::shared_ptr<const BlockPattern> pattern;   ///< of the step matrix; only for implicit schemes
   SolverOptions solver;       ///< of the scene, with auto decided: a scheme and its sub-steps
   std::string scheme_reason;  ///< what auto chose and why; empty if it had nothing to choose

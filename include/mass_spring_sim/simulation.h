@@ -68,6 +68,7 @@ class Simulation {
  private:
   CommandResult applyForce(const ForceCommand& command);
   CommandResult applyPin(const PinCommand& command);
+  CommandResult applyShape(const ShapeCommand& command);
   void restorePins();
   /// Is the next command of the timeline due when so many steps are done?
   bool timelineDue(double steps) const;

@@ -42,6 +42,30 @@ void Contact::forEachContact(const Vectors& positions, Visit visit) const {
   }
 }
 
+Shape* Contact::find(const std::string& name) {
+  const auto found = std::find_if(shapes_.begin(), shapes_.end(),
+                                  [&](const Shape& shape) { return shape.name() == name; });
+  return found == shapes_.end() ? nullptr : &*found;
+}
+
+void Contact::reset() {
+  for (Shape& shape : shapes_) shape.reset();
+}
+
+void Contact::continueFrom(const Contact& other) {
+  for (Shape& shape : shapes_) {
+    for (const Shape& from : other.shapes_) {
+      if (from.startsLike(shape)) shape = from;
+    }
+  }
+}
+
+bool Contact::setTime(double time) {
+  bool moves = false;
+  for (Shape& shape : shapes_) moves = shape.setTime(time) || moves;
+  return moves;
+}
+
 Contact::Slip Contact::slip(double speed) const {
   const double e = options_.slip_velocity;
   if (speed < e) return {(2.0 - speed / e) / e, -speed / (e * e)};
@@ -74,38 +98,43 @@ void Contact::addForcesHolding(const Vectors& held, const Vectors& positions,
     energy.elastic += 0.5 * k * depth * depth;
     forces.col(i) += k * depth * surface.normal;
   };
-  const auto rub = [&](std::uint32_t i, const Surface& surface, double depth) {
+  const auto rub = [&](std::uint32_t i, std::uint32_t s, const Surface& surface, double depth,
+                       const Eigen::Vector3d& x) {
     const double limit = friction_ * k * depth;
-    const Eigen::Vector3d sliding = across(surface.normal, velocities.col(i));
+    const Eigen::Vector3d sliding =
+        across(surface.normal, velocities.col(i) - shapes_[s].velocityAt(x));
     const double speed = sliding.norm(), y = speed / e;
     forces.col(i) -= limit * slip(speed).secant * sliding;
     dissipation += limit * e * (y < 1.0 ? y * y * (1.0 - y / 3.0) : y - 1.0 / 3.0);
   };
   const bool apart = &held != &positions;
-  forEachContact(positions, [&](std::uint32_t i, auto, const Surface& surface, double depth) {
-    press(i, surface, depth);
-    if (friction_ > 0.0 && !apart) rub(i, surface, depth);
-  });
+  forEachContact(positions,
+                 [&](std::uint32_t i, std::uint32_t s, const Surface& surface, double depth) {
+                   press(i, surface, depth);
+                   if (friction_ > 0.0 && !apart) rub(i, s, surface, depth, positions.col(i));
+                 });
   if (friction_ == 0.0 || !apart) return;
-  forEachContact(held, [&](std::uint32_t i, auto, const Surface& surface, double depth) {
-    rub(i, surface, depth);
+  forEachContact(held, [&](std::uint32_t i, std::uint32_t s, const Surface& surface, double depth) {
+    rub(i, s, surface, depth, held.col(i));
   });
 }
 
-// With N = k p, u = v - (n . v) n: dN = -k n . dx, dn = H dx, du = dv across n - (dn . v) n
-// - (n . v) dn, and what dv has along n stays out.
+// With N = k p, u = v - (n . v) n, v beyond the velocity of the shape: dN = -k n . dx, dn = H dx,
+// du = dv across n - (dn . v) n - (n . v) dn, and what dv has along n stays out.
 void Contact::addForceDerivative(const Vectors& x, const Vectors& v, const Vectors& dx,
                                  const Vectors& dv, Vectors& df) const {
-  forEachContact(x, [&](std::uint32_t i, auto, const Surface& surface, double depth) {
+  forEachContact(x, [&](std::uint32_t i, std::uint32_t s, const Surface& surface, double depth) {
     const Eigen::Vector3d& n = surface.normal;
     const double pressure = options_.stiffness * depth;
     const double more = -options_.stiffness * n.dot(dx.col(i));
     const Eigen::Vector3d dn = surface.curvature * dx.col(i);
     df.col(i) += more * n + pressure * dn;
     if (friction_ == 0.0) return;
-    const Eigen::Vector3d sliding = across(n, v.col(i));
+    const Eigen::Vector3d slip_v = v.col(i) - shapes_[s].velocityAt(x.col(i));
+    const Eigen::Vector3d slip_dv = dv.col(i) - shapes_[s].spin().cross(dx.col(i));
+    const Eigen::Vector3d sliding = across(n, slip_v);
     const double speed = sliding.norm();
-    const Eigen::Vector3d du = across(n, dv.col(i)) - dn.dot(v.col(i)) * n - n.dot(v.col(i)) * dn;
+    const Eigen::Vector3d du = across(n, slip_dv) - dn.dot(slip_v) * n - n.dot(slip_v) * dn;
     const Slip g = slip(speed);
     Eigen::Vector3d change = g.secant * du;
     if (speed > 0.0) {
@@ -120,7 +149,7 @@ std::uint32_t Contact::addDerivatives(const Vectors& positions, const Vectors& v
                                       const MatrixWeights& weights, Projection projection,
                                       StepMatrix& matrix) const {
   std::uint32_t projected = 0;
-  forEachContact(positions, [&](std::uint32_t i, auto, const Surface& surface, double depth) {
+  const auto add = [&](std::uint32_t i, std::uint32_t s, const Surface& surface, double depth) {
     const Eigen::Vector3d& n = surface.normal;
     const double pressure = options_.stiffness * depth;
     Eigen::Matrix3d block = weights.stiffness * options_.stiffness * n * n.transpose();
@@ -130,7 +159,8 @@ std::uint32_t Contact::addDerivatives(const Vectors& positions, const Vectors& v
       ++projected;
     }
     if (friction_ > 0.0 && weights.damping > 0.0) {
-      const Eigen::Vector3d sliding = across(n, velocities.col(i));
+      const Eigen::Vector3d sliding =
+          across(n, velocities.col(i) - shapes_[s].velocityAt(positions.col(i)));
       const double speed = sliding.norm();
       const Slip g = slip(speed);
       const double weight = weights.damping * friction_ * pressure;
@@ -140,7 +170,8 @@ std::uint32_t Contact::addDerivatives(const Vectors& positions, const Vectors& v
       }
     }
     matrix.diagonal()[i] += symmetric(block);
-  });
+  };
+  forEachContact(positions, add);
   return projected;
 }
 
@@ -168,13 +199,17 @@ std::uint32_t Contact::linearise(const Vectors& positions, const Vectors& veloci
         const double now = options_.thickness - shapes_[s].distance(positions.col(i));
         const double mass = masses_[i];
         const double limit = friction_ * k * std::max(now, depth * mass / (mass + w * w * k));
-        const Eigen::Vector3d sliding = across(n, velocities.col(i));
+        // Damping brakes to the velocity of the shape, not to rest.
+        const Eigen::Vector3d shape = across(n, shapes_[s].velocityAt(expected_.col(i)));
+        const Eigen::Vector3d sliding = across(n, velocities.col(i)) - shape;
         const double speed = sliding.norm();
         const double secant = limit * slip(speed).secant;
         SymmetricBlock braked = SymmetricBlock::axial(n, 0.0, w * secant);
+        forces.col(i) += secant * shape;
         if (speed > options_.slip_velocity + w * limit / mass) {
-          forces.col(i) -= secant * sliding;
-          braked -= SymmetricBlock::axial(sliding / speed, w * secant, 0.0);
+          const Eigen::Vector3d along = sliding / speed;
+          forces.col(i) -= secant * (sliding + along.dot(shape) * along);
+          braked -= SymmetricBlock::axial(along, w * secant, 0.0);
         }
         block += braked;
       });
@@ -201,15 +236,34 @@ double Contact::length() const {
   return options_.thickness > 0.0 ? options_.thickness : 0.01;
 }
 
+Eigen::Vector3d Contact::force(const Shape& shape, const Surface& surface, double depth,
+                               const Eigen::Vector3d& x, const Eigen::Vector3d& v) const {
+  const Eigen::Vector3d sliding = across(surface.normal, v - shape.velocityAt(x));
+  const double rub = friction_ * slip(sliding.norm()).secant;
+  return options_.stiffness * depth * (surface.normal - rub * sliding);
+}
+
+double Contact::power(const Vectors& positions, const Vectors& velocities) const {
+  double power = 0.0;
+  if (std::none_of(shapes_.begin(), shapes_.end(), [](const Shape& s) { return s.moves(); })) {
+    return power;
+  }
+  forEachContact(
+      positions, [&](std::uint32_t i, std::uint32_t s, const Surface& surface, double depth) {
+        const Eigen::Vector3d x = positions.col(i), v = velocities.col(i);
+        const double fed = force(shapes_[s], surface, depth, x, v).dot(shapes_[s].velocityAt(x));
+        power += std::max(0.0, fed);
+      });
+  return power;
+}
+
 std::vector<Touch> Contact::touches(const Vectors& positions, const Vectors& velocities) const {
   std::vector<Touch> touches;
-  forEachContact(positions,
-                 [&](std::uint32_t i, std::uint32_t s, const Surface& surface, double depth) {
-                   const double pressure = options_.stiffness * depth;
-                   const Eigen::Vector3d sliding = across(surface.normal, velocities.col(i));
-                   const double rub = friction_ * slip(sliding.norm()).secant;
-                   touches.push_back({i, s, pressure * (surface.normal - rub * sliding)});
-                 });
+  forEachContact(
+      positions, [&](std::uint32_t i, std::uint32_t s, const Surface& surface, double depth) {
+        touches.push_back(
+            {i, s, force(shapes_[s], surface, depth, positions.col(i), velocities.col(i))});
+      });
   return touches;
 }
 

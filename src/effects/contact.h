@@ -23,6 +23,7 @@ struct Touch {
 /// potential contact", 2020): |g| = 2 y - y^2 for y = |u| / e < 1, else 1. It has the potential
 /// Q = mu N G(u), and D = mu N dg/du; projected, D is the secant mu N |g| / |u|, with which a
 /// linearised step never overshoots a standstill. That N and n turn with x stays out of the matrix.
+/// Where a shape moves, u is what the particle has beyond the velocity of the place it touches.
 /// Everything is on the diagonal of the matrix: the pattern stays what it was.
 class Contact : public Effect {
  public:
@@ -33,6 +34,14 @@ class Contact : public Effect {
   /// All contacts at a state, particle by particle.
   std::vector<Touch> touches(const Vectors& positions, const Vectors& velocities) const;
   const std::vector<Shape>& shapes() const { return shapes_; }
+  /// nullptr if there is none of that name.
+  Shape* find(const std::string& name);
+  void reset();  ///< all shapes at their start, at rest
+  /// Shapes that start where those of another contact do, and have their names, go on as those do.
+  void continueFrom(const Contact& other);
+
+  bool setTime(double time) override;
+  double power(const Vectors& positions, const Vectors& velocities) const override;
 
   void addEnergy(const Vectors& positions, Energy& energy) const override;
   void addForces(const Vectors& positions, const Vectors& velocities,
@@ -61,6 +70,9 @@ class Contact : public Effect {
     double secant, slope;
   };
   Slip slip(double speed) const;
+  /// N, on a particle at x [m] of velocity v [m/s] that is so deep in a shape [m].
+  Eigen::Vector3d force(const Shape& shape, const Surface& surface, double depth,
+                        const Eigen::Vector3d& x, const Eigen::Vector3d& v) const;
   /// m, the largest in all shapes; 0 = in none.
   double depth(const Eigen::Vector3d& point) const;
   /// visit(particle, shape number, surface, depth) of all contacts.

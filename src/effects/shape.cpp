@@ -8,13 +8,6 @@
 namespace mass_spring {
 namespace {
 
-Eigen::Isometry3d placed(const Eigen::Vector3d& position, const Eigen::Matrix3d& rotation) {
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.translation() = position;
-  pose.linear() = rotation;
-  return pose;
-}
-
 Eigen::Matrix3d zTo(const Eigen::Vector3d& direction) {
   return Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), direction).toRotationMatrix();
 }
@@ -29,26 +22,66 @@ Surface around(const Eigen::Vector3d& d, double radius, const Eigen::Matrix3d& f
 
 }  // namespace
 
-Shape::Shape(const ContactShape& shape) : name_(shape.name) {
+Shape::Shape(const ContactShape& shape) : name_(shape.name), motion_(start_) {
   if (const auto* plane = std::get_if<mass_spring::Plane>(&shape.geometry)) {
     geometry_ = Plane{};
-    pose_ = placed(plane->point, zTo(plane->normal));
+    start_.position = plane->point;
+    turn_ = zTo(plane->normal);
   } else if (const auto* sphere = std::get_if<mass_spring::Sphere>(&shape.geometry)) {
     geometry_ = Sphere{sphere->radius};
-    pose_ = placed(sphere->center, Eigen::Matrix3d::Identity());
+    start_.position = sphere->center;
   } else if (const auto* box = std::get_if<mass_spring::Box>(&shape.geometry)) {
     geometry_ = Box{0.5 * box->size};
-    pose_ = placed(box->center, rotation(box->orientation));
+    start_.position = box->center;
+    start_.orientation = rotation(box->orientation);
   } else {
     const auto& capsule = std::get<mass_spring::Capsule>(shape.geometry);
     const Eigen::Vector3d axis = capsule.end - capsule.start;
     geometry_ = Capsule{0.5 * axis.norm(), capsule.radius};
-    pose_ = placed(0.5 * (capsule.start + capsule.end), zTo(axis));
+    start_.position = 0.5 * (capsule.start + capsule.end);
+    turn_ = zTo(axis);
   }
+  reset();
+}
+
+bool Shape::startsLike(const Shape& other) const {
+  return name_ == other.name_ && geometry_ == other.geometry_ && turn_ == other.turn_ &&
+         start_.position == other.start_.position &&
+         start_.orientation.coeffs() == other.start_.orientation.coeffs();
+}
+
+void Shape::reset() {
+  motion_ = RigidMotion(start_);
+  moves_ = false;
+  place(start_);
+}
+
+void Shape::place(const Pose& pose) {
+  pose_ = pose;
+  geometry_pose_ = Eigen::Isometry3d::Identity();
+  geometry_pose_.translation() = pose.position;
+  geometry_pose_.linear() = pose.orientation.toRotationMatrix() * turn_;
+}
+
+bool Shape::setTime(double time) {
+  moves_ = motion_.lasts(time);
+  place(motion_.at(time));
+  return moves_;
+}
+
+Eigen::Vector3d Shape::velocityAt(const Eigen::Vector3d& point) const {
+  if (!moves_) return Eigen::Vector3d::Zero();
+  return motion_.velocity() + motion_.spin().cross(point - pose_.position);
+}
+
+Eigen::Vector3d Shape::spin() const {
+  if (!moves_) return Eigen::Vector3d::Zero();
+  return motion_.spin();
 }
 
 double Shape::distance(const Eigen::Vector3d& point) const {
-  const Eigen::Vector3d p = pose_.linear().transpose() * (point - pose_.translation());
+  const Eigen::Vector3d p =
+      geometry_pose_.linear().transpose() * (point - geometry_pose_.translation());
   if (std::holds_alternative<Plane>(geometry_)) return p.z();
   if (const auto* sphere = std::get_if<Sphere>(&geometry_)) return p.norm() - sphere->radius;
   if (const auto* box = std::get_if<Box>(&geometry_)) {
@@ -62,8 +95,8 @@ double Shape::distance(const Eigen::Vector3d& point) const {
 }
 
 Surface Shape::at(const Eigen::Vector3d& point) const {
-  const Eigen::Matrix3d turn = pose_.linear();
-  const Eigen::Vector3d p = turn.transpose() * (point - pose_.translation());
+  const Eigen::Matrix3d turn = geometry_pose_.linear();
+  const Eigen::Vector3d p = turn.transpose() * (point - geometry_pose_.translation());
   Surface surface{p.z(), Eigen::Vector3d::UnitZ(), Eigen::Matrix3d::Zero()};
   if (const auto* sphere = std::get_if<Sphere>(&geometry_)) {
     surface = around(p, sphere->radius, Eigen::Matrix3d::Identity());

@@ -1,6 +1,7 @@
 #include "scene/command_reader.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 #include "scene/object_parts.h"
@@ -122,6 +123,21 @@ void readPinCommand(const Place& place, const ParticleCounts& counts, PinCommand
     keys.required("target").read(command.target.position, anyNumber("m"));
     readOrientation(keys.optional("orientation"), command.target.orientation);
   }
+  keys.refuseUnknown();
+}
+
+void readShapeCommand(const Place& place, const std::vector<std::string>* shapes,
+                      ShapeCommand& command) {
+  MapReader keys(place, "a map with name and target");
+  const Place name = keys.required("name");
+  if (name.read(command.name, kNameRule) && shapes != nullptr &&
+      std::find(shapes->begin(), shapes->end(), command.name) == shapes->end()) {
+    name.refuse(shapes->empty() ? "a shape of effects.contact, of which there is none"
+                                : "a shape of effects.contact (" + listWords(*shapes) + ")");
+  }
+  keys.required("target").read(command.target.position, anyNumber("m"));
+  readOrientation(keys.optional("orientation"), command.target.orientation);
+  keys.optional("duration").read(command.duration, atLeastZero("s"));
   keys.refuseUnknown();
 }
 

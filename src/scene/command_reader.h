@@ -17,4 +17,9 @@ void readForceCommand(const Place& place, const ParticleCounts& counts, const Li
 /// made where its particles are.
 void readPinCommand(const Place& place, const ParticleCounts& counts, PinCommand& command);
 
+/// {name, target, orientation, duration} of a timeline.
+/// @param shapes  the names that there are; nullptr if that is not known
+void readShapeCommand(const Place& place, const std::vector<std::string>* shapes,
+                      ShapeCommand& command);
+
 }  // namespace mass_spring

@@ -87,12 +87,19 @@ Scene readScene(const Tree& tree, const std::string& directory) {
   PinLedger ledger;
   scene.pins = readPins(keys.optional("pins"), counts, ledger);
   const bool pins_are_good = problems.count() == problems_before;
+  const std::size_t problems_before_effects = problems.count();
   readEffects(keys.optional("effects"), objects_are_good ? &scene.objects : nullptr, scene.effects);
+  const bool effects_are_good = problems.count() == problems_before_effects;
+  std::vector<std::string> shapes;
+  if (scene.effects.contact) {
+    for (const ContactShape& shape : scene.effects.contact->shapes) shapes.push_back(shape.name);
+  }
   const Place timeline = keys.optional("timeline");
   readPublish(keys.optional("publish"), scene.publish);
   readLimits(keys.optional("limits"), scene.limits);
   scene.timeline = readTimeline(timeline, counts, scene.limits,
-                                pins_are_good ? std::optional(std::move(ledger)) : std::nullopt);
+                                pins_are_good ? std::optional(std::move(ledger)) : std::nullopt,
+                                effects_are_good ? &shapes : nullptr);
   keys.refuseUnknown();
   problems.throwIfAny();
   return scene;

@@ -168,6 +168,16 @@ void writeCommand(Writer& yaml, const PinCommand& command) {
   yaml.end();
 }
 
+void writeCommand(Writer& yaml, const ShapeCommand& command) {
+  yaml.begin("shape");
+  yaml.add("name", command.name);
+  yaml.add("target", command.target.position);
+  const Eigen::Vector4d orientation = command.target.orientation.coeffs();
+  yaml.add("orientation", orientation);
+  yaml.add("duration", command.duration);
+  yaml.end();
+}
+
 void writeSolver(Writer& yaml, const SolverOptions& solver) {
   yaml.begin("solver");
   yaml.add("scheme", name(solver.scheme));

@@ -9,26 +9,30 @@ namespace {
 
 struct Entry {
   TimedCommand timed;
-  Place place;  ///< of the force or the pin
+  Place place;  ///< of the command
 };
 
 void readEntry(const Place& place, const ParticleCounts& counts, const Limits& limits,
-               std::vector<Entry>& entries) {
-  MapReader keys(place, "a map with time and either force or pin");
+               const std::vector<std::string>* shapes, std::vector<Entry>& entries) {
+  MapReader keys(place, "a map with time and one of force, pin and shape");
   TimedCommand timed;
   keys.required("time").read(timed.time, atLeastZero("s"));
   const Place force = keys.optional("force");
   const Place pin = keys.optional("pin");
-  if (force.present() == pin.present()) {
-    place.report(force.present() ? "both force and pin" : "neither force nor pin",
-                 "just one of force and pin");
+  const Place shape = keys.optional("shape");
+  const int commands = force.present() + pin.present() + shape.present();
+  if (commands != 1) {
+    place.report(commands == 0 ? "no command" : "several commands",
+                 "just one of force, pin and shape");
   } else if (force.present()) {
     readForceCommand(force, counts, limits, timed.command.emplace<ForceCommand>());
-  } else {
+  } else if (pin.present()) {
     readPinCommand(pin, counts, timed.command.emplace<PinCommand>());
+  } else {
+    readShapeCommand(shape, shapes, timed.command.emplace<ShapeCommand>());
   }
   keys.refuseUnknown();
-  entries.push_back({timed, force.present() ? force : pin});
+  entries.push_back({timed, force.present() ? force : pin.present() ? pin : shape});
 }
 
 /// Walks through the timeline as a simulation would, with the pins alone.
@@ -79,7 +83,8 @@ std::vector<ScenePin> readPins(const Place& place, const ParticleCounts& counts,
 }
 
 std::vector<TimedCommand> readTimeline(const Place& place, const ParticleCounts& counts,
-                                       const Limits& limits, std::optional<PinLedger> ledger) {
+                                       const Limits& limits, std::optional<PinLedger> ledger,
+                                       const std::vector<std::string>* shapes) {
   std::vector<TimedCommand> timeline;
   if (!place.present()) return timeline;
   const Tree::List* list = place.list("a list of commands");
@@ -87,7 +92,7 @@ std::vector<TimedCommand> readTimeline(const Place& place, const ParticleCounts&
   const std::size_t problems_before = place.problems().count();
   std::vector<Entry> entries;
   for (std::size_t i = 0; i < list->size(); ++i) {
-    readEntry(place.element(i), counts, limits, entries);
+    readEntry(place.element(i), counts, limits, shapes, entries);
   }
   std::stable_sort(entries.begin(), entries.end(),
                    [](const Entry& a, const Entry& b) { return a.timed.time < b.timed.time; });

@@ -16,7 +16,9 @@ std::vector<ScenePin> readPins(const Place& place, const ParticleCounts& counts,
 /// are moved or removed, and that no particle is held twice.
 /// @param ledger  the pins at the start; nothing if they have problems, then what hangs on them is
 ///                not checked
+/// @param shapes  names of the shapes of contact; nullptr if they have problems
 std::vector<TimedCommand> readTimeline(const Place& place, const ParticleCounts& counts,
-                                       const Limits& limits, std::optional<PinLedger> ledger);
+                                       const Limits& limits, std::optional<PinLedger> ledger,
+                                       const std::vector<std::string>* shapes);
 
 }  // namespace mass_spring
