@@ -9,6 +9,7 @@
 #include "effects/contact.h"
 #include "effects/gravity.h"
 #include "effects/springs.h"
+#include "effects/strain_limit.h"
 #include "effects/wind.h"
 #include "mass_spring_sim/model.h"
 #include "scheme_choice.h"
@@ -53,6 +54,12 @@ void requirePhysical(const Scene& scene, const Model& model) {
     const double friction = contact->friction.value_or(0.0);
     require(friction >= 0.0 && std::isfinite(friction), "effects.contact.friction", friction,
             "a number >= 0");
+  }
+  if (const auto& limit = scene.effects.strain_limit) {
+    require(limit->max_strain >= 0.0 && std::isfinite(limit->max_strain),
+            "effects.strain_limit.max_strain", limit->max_strain, "a number >= 0");
+    require(limit->stiffness_ratio > 0.0 && std::isfinite(limit->stiffness_ratio),
+            "effects.strain_limit.stiffness_ratio", limit->stiffness_ratio, "a number > 0");
   }
   for (Eigen::Index i = 0; i < model.masses.size(); ++i) {
     const double m = model.masses[i];
@@ -113,6 +120,10 @@ Model buildModel(const Scene& scene) {
     auto contact = std::make_unique<Contact>(*scene.effects.contact, model.masses);
     model.contact = contact.get();
     model.effects.push_back(std::move(contact));
+  }
+  if (scene.effects.strain_limit) {
+    model.effects.push_back(
+        std::make_unique<StrainLimit>(*scene.effects.strain_limit, model.springs));
   }
 
   SchemeChoice choice = chooseScheme(scene, model);

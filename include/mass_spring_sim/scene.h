@@ -163,12 +163,19 @@ struct ContactOptions {
   std::vector<ContactShape> shapes;  ///< in bytewise order of their names, at least one
 };
 
+/// Structural and shear springs stiffen beyond a strain.
+struct StrainLimitOptions {
+  double max_strain = 0.0;         ///< >= 0, length / rest length - 1
+  double stiffness_ratio = 100.0;  ///< > 0, of the extra stiffness beyond to the spring's own
+};
+
 /// Only what is listed here exists.
 struct EffectOptions {
   std::optional<GravityOptions> gravity;
   std::optional<AirDragOptions> air_drag;
   std::optional<WindOptions> wind;
   std::optional<ContactOptions> contact;
+  std::optional<StrainLimitOptions> strain_limit;
 };
 
 struct TimedCommand {

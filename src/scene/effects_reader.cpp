@@ -108,6 +108,13 @@ void readEffects(const Place& place, const std::vector<Object>* objects, EffectO
     readShapes(reader.required("shapes"), options.shapes);
     reader.refuseUnknown();
   }
+  if (const Place limit = keys.optional("strain_limit"); limit.present()) {
+    StrainLimitOptions& options = effects.strain_limit.emplace();
+    MapReader reader(limit, "a map with max_strain");
+    reader.required("max_strain").read(options.max_strain, atLeastZero(""));
+    reader.optional("stiffness_ratio").read(options.stiffness_ratio, positive(""));
+    reader.refuseUnknown();
+  }
   keys.refuseUnknown();
 }
 

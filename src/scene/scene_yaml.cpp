@@ -287,6 +287,12 @@ void writeEffects(Writer& yaml, const EffectOptions& effects) {
   }
   if (effects.wind) writeWind(yaml, *effects.wind);
   if (effects.contact) writeContact(yaml, *effects.contact);
+  if (effects.strain_limit) {
+    yaml.begin("strain_limit");
+    yaml.add("max_strain", effects.strain_limit->max_strain);
+    yaml.add("stiffness_ratio", effects.strain_limit->stiffness_ratio);
+    yaml.end();
+  }
   yaml.end();
 }
 
