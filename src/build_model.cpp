@@ -1,8 +1,11 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
 #include <sstream>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "effects/air_drag.h"
@@ -61,6 +64,16 @@ void requirePhysical(const Scene& scene, const Model& model) {
     require(limit->stiffness_ratio > 0.0 && std::isfinite(limit->stiffness_ratio),
             "effects.strain_limit.stiffness_ratio", limit->stiffness_ratio, "a number > 0");
   }
+  if (const auto& tearing = scene.effects.tearing) {
+    require(tearing->max_strain > 0.0 && std::isfinite(tearing->max_strain),
+            "effects.tearing.max_strain", tearing->max_strain, "a number > 0");
+  }
+  if (const auto& plasticity = scene.effects.plasticity) {
+    require(plasticity->yield_strain >= 0.0 && std::isfinite(plasticity->yield_strain),
+            "effects.plasticity.yield_strain", plasticity->yield_strain, "a number >= 0");
+    require(plasticity->creep_rate > 0.0 && std::isfinite(plasticity->creep_rate),
+            "effects.plasticity.creep_rate", plasticity->creep_rate, "a number > 0 (1/s)");
+  }
   for (Eigen::Index i = 0; i < model.masses.size(); ++i) {
     const double m = model.masses[i];
     require(m > 0.0 && std::isfinite(m), "masses[" + std::to_string(i) + "]", m, "a mass > 0 (kg)");
@@ -96,13 +109,7 @@ std::uint32_t usefulThreads(int asked_for, const Model& model) {
   return model.particleCount() < kLeastParticles ? 1 : std::clamp(most, 1u, 2u);
 }
 
-}  // namespace
-
-Model buildModel(const Scene& scene) {
-  Model model;
-  for (const Object& object : scene.objects) appendObject(object, model);
-  requirePhysical(scene, model);
-
+void addEffects(const Scene& scene, Model& model) {
   if (any(model.springs, &Spring::stiffness) || any(model.springs, &Spring::damping)) {
     model.effects.push_back(std::make_unique<Springs>(model.springs, model.particleCount()));
   }
@@ -125,18 +132,84 @@ Model buildModel(const Scene& scene) {
     model.effects.push_back(
         std::make_unique<StrainLimit>(*scene.effects.strain_limit, model.springs));
   }
+  if (scene.effects.tearing) model.spring_changes.push_back("tearing");
+  if (scene.effects.plasticity) model.spring_changes.push_back("plasticity");
+}
 
+void addPattern(Model& model) {
+  if (!info(model.solver.scheme).implicit) return;
+  PatternBuilder builder;
+  for (const auto& effect : model.effects) effect->addPattern(builder);
+  model.pattern = std::make_shared<BlockPattern>(model.particleCount(), std::move(builder));
+  for (const auto& effect : model.effects) effect->findSlots(*model.pattern);
+}
+
+using Edge = std::pair<std::uint32_t, std::uint32_t>;
+
+/// Pairs of particles that no spring but bending ones joins any longer.
+std::vector<Edge> lostEdges(const std::vector<Spring>& springs, const std::vector<char>& gone) {
+  std::vector<Edge> lost, left, parted;
+  for (std::size_t s = 0; s < springs.size(); ++s) {
+    if (springs[s].kind == SpringKind::kBending) continue;
+    (gone[s] ? lost : left).push_back(std::minmax(springs[s].i, springs[s].j));
+  }
+  std::sort(lost.begin(), lost.end());
+  std::sort(left.begin(), left.end());
+  std::set_difference(lost.begin(), lost.end(), left.begin(), left.end(),
+                      std::back_inserter(parted));
+  return parted;
+}
+
+}  // namespace
+
+Model buildModel(const Scene& scene) {
+  Model model;
+  for (const Object& object : scene.objects) appendObject(object, model);
+  requirePhysical(scene, model);
+  addEffects(scene, model);
   SchemeChoice choice = chooseScheme(scene, model);
   model.solver = choice.options;
   model.scheme_reason = std::move(choice.reason);
-  if (info(model.solver.scheme).implicit) {
-    PatternBuilder builder;
-    for (const auto& effect : model.effects) effect->addPattern(builder);
-    model.pattern = std::make_shared<BlockPattern>(model.particleCount(), std::move(builder));
-    for (const auto& effect : model.effects) effect->findSlots(*model.pattern);
-  }
-  model.threads = std::make_unique<ThreadPool>(usefulThreads(scene.solver.threads, model));
+  addPattern(model);
+  model.threads = std::make_shared<ThreadPool>(usefulThreads(scene.solver.threads, model));
   return model;
+}
+
+Model withoutSprings(const Scene& scene, const Model& model, const std::vector<char>& gone) {
+  const std::vector<Edge> lost = lostEdges(model.springs, gone);
+  const auto losesEdge = [&](const std::array<std::uint32_t, 3>& corners) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Edge edge = std::minmax(corners[k], corners[(k + 1) % 3]);
+      if (std::binary_search(lost.begin(), lost.end(), edge)) return true;
+    }
+    return false;
+  };
+  Model torn;
+  torn.masses = model.masses;
+  torn.start = model.start;
+  torn.solver = model.solver;
+  torn.scheme_reason = model.scheme_reason;
+  torn.threads = model.threads;
+  for (ModelObject object : model.objects) {
+    const auto springs = static_cast<std::uint32_t>(torn.springs.size());
+    for (std::uint32_t s = 0; s < object.spring_count; ++s) {
+      const std::uint32_t spring = object.first_spring + s;
+      if (!gone[spring]) torn.springs.push_back(model.springs[spring]);
+    }
+    object.first_spring = springs;
+    object.spring_count = static_cast<std::uint32_t>(torn.springs.size()) - springs;
+    const auto triangles = static_cast<std::uint32_t>(torn.triangles.size());
+    for (std::uint32_t t = 0; t < object.triangle_count; ++t) {
+      const auto& corners = model.triangles[object.first_triangle + t];
+      if (!losesEdge(corners)) torn.triangles.push_back(corners);
+    }
+    object.first_triangle = triangles;
+    object.triangle_count = static_cast<std::uint32_t>(torn.triangles.size()) - triangles;
+    torn.objects.push_back(std::move(object));
+  }
+  addEffects(scene, torn);
+  addPattern(torn);
+  return torn;
 }
 
 }  // namespace mass_spring

@@ -7,7 +7,7 @@
 
 namespace mass_spring {
 
-Model::Model() : threads(std::make_unique<ThreadPool>(1)) {}
+Model::Model() : threads(std::make_shared<ThreadPool>(1)) {}
 Model::~Model() = default;
 Model::Model(Model&&) noexcept = default;
 Model& Model::operator=(Model&&) noexcept = default;
@@ -31,6 +31,7 @@ std::vector<std::string> Model::effectNames() const {
   for (const auto& effect : effects) {
     for (const std::string& name : effect->names()) names.push_back(name);
   }
+  names.insert(names.end(), spring_changes.begin(), spring_changes.end());
   return names;
 }
 

@@ -6,6 +6,9 @@
 
 #include "command_check.h"
 #include "effects/contact.h"
+#include "effects/plasticity.h"
+#include "effects/springs.h"
+#include "effects/tearing.h"
 #include "loads.h"
 #include "stepper.h"
 
@@ -40,11 +43,11 @@ bool samePins(const std::vector<ScenePin>& a, const std::vector<ScenePin>& b) {
 
 Simulation::Simulation(Scene scene)
     : scene_(std::move(scene)),
-      model_(buildModel(scene_)),
-      state_(model_.start),
-      pins_(model_.particleCount()),
-      loads_(std::make_unique<Loads>(model_.particleCount())),
-      stepper_(std::make_unique<Stepper>(model_, model_.solver)) {
+      whole_(std::make_shared<Model>(buildModel(scene_))),
+      state_(whole_->start),
+      pins_(whole_->particleCount()),
+      loads_(std::make_unique<Loads>(whole_->particleCount())) {
+  take(whole_);
   restorePins();
 }
 
@@ -55,11 +58,11 @@ std::uint32_t Simulation::activeForces() const { return loads_->active(); }
 std::size_t Simulation::matrixNonzeros() const { return stepper_->matrixNonzeros(); }
 
 std::map<std::string, Wrench> Simulation::pinWrenches() const {
-  return mass_spring::pinWrenches(model_, state_, pins_, loads_->total());
+  return mass_spring::pinWrenches(*model_, state_, pins_, loads_->total());
 }
 
 std::map<std::string, Wrench> Simulation::shapeWrenches() const {
-  return mass_spring::shapeWrenches(model_, state_);
+  return mass_spring::shapeWrenches(*model_, state_);
 }
 
 CommandResult Simulation::apply(const Command& command) {
@@ -78,7 +81,7 @@ CommandResult Simulation::apply(const Command& command) {
 
 CommandResult Simulation::applyForce(const ForceCommand& command) {
   std::vector<std::uint32_t> particles;
-  const CommandResult result = checkForce(command, model_, scene_.limits, particles);
+  const CommandResult result = checkForce(command, *model_, scene_.limits, particles);
   if (!result.accepted()) return result;
   std::uint64_t steps = Loads::kUntilCleared;
   if (command.duration >= 0.0) {
@@ -93,11 +96,11 @@ CommandResult Simulation::applyForce(const ForceCommand& command) {
 
 CommandResult Simulation::applyPin(const PinCommand& command) {
   std::vector<std::uint32_t> particles;
-  const CommandResult result = checkPin(command, model_, state_.positions, particles);
+  const CommandResult result = checkPin(command, *model_, state_.positions, particles);
   if (!result.accepted()) return result;
   switch (command.action) {
     case PinCommand::Action::kAdd: {
-      const ModelObject& object = model_.objectOf(particles.front());
+      const ModelObject& object = model_->objectOf(particles.front());
       return pins_.add(command, object, std::move(particles), state_.positions);
     }
     case PinCommand::Action::kMove:
@@ -109,9 +112,9 @@ CommandResult Simulation::applyPin(const PinCommand& command) {
 }
 
 CommandResult Simulation::applyShape(const ShapeCommand& command) {
-  const CommandResult result = checkShape(command, model_);
+  const CommandResult result = checkShape(command, *model_);
   if (!result.accepted()) return result;
-  Shape& shape = *model_.contact->find(command.name);
+  Shape& shape = *model_->contact->find(command.name);
   shape.move(RigidMotion(shape.motion().at(state_.time), command.target, state_.time,
                          std::max(command.duration, stepSize())));
   return result;
@@ -124,13 +127,53 @@ StepReport Simulation::step() {
     const CommandResult result = apply(command);
     if (timeline_observer_) timeline_observer_(command, result);
   }
-  const StepReport report = stepper_->step(stepSize(), pins_, loads_->total(), state_);
+  StepReport report = stepper_->step(stepSize(), pins_, loads_->total(), state_);
+  if (report.status != StepStatus::kFailed) {
+    ++state_.step;
+    state_.time = static_cast<double>(state_.step) / scene_.rate;
+    loads_->advance();
+    if (scene_.effects.plasticity) yield();
+    if (scene_.effects.tearing) report.broken_springs = tear();
+  }
   totals_.add(report);
-  if (report.status == StepStatus::kFailed) return report;
-  ++state_.step;
-  state_.time = static_cast<double>(state_.step) / scene_.rate;
-  loads_->advance();
   return report;
+}
+
+void Simulation::take(std::shared_ptr<const Model> model) {
+  stepper_.reset();
+  if (model_ && model_->contact) model->contact->continueFrom(*model_->contact);
+  model_ = std::move(model);
+  stepper_ = std::make_unique<Stepper>(*model_, model_->solver);
+}
+
+std::uint32_t Simulation::tear() {
+  const std::vector<char> breaking =
+      findBreaking(*scene_.effects.tearing, *model_, state_.positions);
+  if (breaking.empty()) return 0;
+  // The springs of the model are those of the whole that are not broken, in the same order.
+  broken_.resize(whole_->springs.size(), 0);
+  auto next = breaking.begin();
+  for (char& broken : broken_) {
+    if (!broken) broken = *next++;
+  }
+  keepIfNot(breaking, rest_lengths_);
+  take(std::make_shared<Model>(withoutSprings(scene_, *model_, breaking)));
+  applyRestLengths();
+  return static_cast<std::uint32_t>(std::count(breaking.begin(), breaking.end(), 1));
+}
+
+void Simulation::yield() {
+  if (creep(*scene_.effects.plasticity, stepSize(), model_->springs, state_.positions,
+            rest_lengths_)) {
+    applyRestLengths();
+  }
+}
+
+void Simulation::applyRestLengths() {
+  for (const auto& effect : model_->effects) {
+    auto* springs = dynamic_cast<Springs*>(effect.get());
+    if (springs != nullptr) springs->setRestLengths(model_->springs, rest_lengths_);
+  }
 }
 
 bool Simulation::timelineDue(double steps) const {
@@ -141,14 +184,23 @@ bool Simulation::timelineDue(double steps) const {
 
 bool Simulation::continueFrom(const Simulation& other) {
   if (scene_.rate != other.scene_.rate || !samePins(scene_.pins, other.scene_.pins) ||
-      !sameObjects(model_, other.model_)) {
+      !sameObjects(*whole_, *other.whole_)) {
     return false;
   }
+  if (broken_ != other.broken_) {
+    broken_ = other.broken_;
+    take(broken_.empty() ? whole_
+                         : std::make_shared<Model>(withoutSprings(scene_, *whole_, broken_)));
+  }
+  rest_lengths_ = other.rest_lengths_;
+  applyRestLengths();
   state_ = other.state_;
   pins_ = other.pins_;
   totals_ = other.totals_;
   *loads_ = *other.loads_;
-  if (model_.contact && other.model_.contact) model_.contact->continueFrom(*other.model_.contact);
+  if (model_->contact && other.model_->contact) {
+    model_->contact->continueFrom(*other.model_->contact);
+  }
   stepper_->restart();
   timeline_steps_ = other.timeline_steps_;
   for (next_timed_command_ = 0; timelineDue(timeline_steps_);) ++next_timed_command_;
@@ -156,11 +208,15 @@ bool Simulation::continueFrom(const Simulation& other) {
 }
 
 void Simulation::reset() {
-  state_ = model_.start;
+  if (model_ != whole_) take(whole_);
+  broken_.clear();
+  rest_lengths_.clear();
+  applyRestLengths();
+  state_ = model_->start;
   totals_ = StepTotals();
   next_timed_command_ = 0;
   timeline_steps_ = -1.0;
-  if (model_.contact) model_.contact->reset();
+  if (model_->contact) model_->contact->reset();
   stepper_->restart();
   clearForces();
   restorePins();

@@ -24,6 +24,7 @@ void StepTotals::add(const StepReport& report) {
   linear_iterations += report.linear_iterations;
   factorizations += report.factorizations;
   rejected_steps += report.rejected;
+  broken_springs += report.broken_springs;
   if (report.estimated_error >= 0.0) {
     estimated_error = std::max(estimated_error, 0.0) + report.estimated_error;
   }

@@ -57,7 +57,9 @@ struct Model {
   std::shared_ptr<const BlockPattern> pattern;   ///< of the step matrix; only for implicit schemes
   SolverOptions solver;       ///< of the scene, with auto decided: a scheme and its sub-steps
   std::string scheme_reason;  ///< what auto chose and why; empty if it had nothing to choose
-  std::unique_ptr<ThreadPool> threads;  ///< for whoever computes with this model
+  std::shared_ptr<ThreadPool> threads;  ///< for whoever computes with this model
+  /// The active effects that change springs between steps: tearing, plasticity.
+  std::vector<std::string> spring_changes;
 
   std::uint32_t particleCount() const { return static_cast<std::uint32_t>(masses.size()); }
   /// nullptr if there is none of that name; "" finds the only object of a scene that has just one.
@@ -70,6 +72,12 @@ struct Model {
 /// Builds particles and springs object by object, then the effects the scene asks for.
 /// @param scene  validated by the reader
 Model buildModel(const Scene& scene);
+
+/// The model of a scene without some of its springs, and without the triangles that lose an edge
+/// with them. Particles, solver and threads stay.
+/// @param model  of the scene, whole or torn already
+/// @param gone   per spring of that model
+Model withoutSprings(const Scene& scene, const Model& model, const std::vector<char>& gone);
 
 /// The particles, springs and triangles of one object, appended to the model.
 void appendObject(const Object& object, Model& model);

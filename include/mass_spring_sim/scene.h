@@ -169,6 +169,17 @@ struct StrainLimitOptions {
   double stiffness_ratio = 100.0;  ///< > 0, of the extra stiffness beyond to the spring's own
 };
 
+/// Structural and shear springs that are stretched beyond a strain break.
+struct TearingOptions {
+  double max_strain = 0.0;  ///< > 0, length / rest length at the start - 1
+};
+
+/// Rest lengths of springs that are strained beyond yielding follow their lengths.
+struct PlasticityOptions {
+  double yield_strain = 0.0;  ///< >= 0, |length / rest length - 1|
+  double creep_rate = 0.0;    ///< 1/s, > 0: the share of what is beyond that goes in a second
+};
+
 /// Only what is listed here exists.
 struct EffectOptions {
   std::optional<GravityOptions> gravity;
@@ -176,6 +187,8 @@ struct EffectOptions {
   std::optional<WindOptions> wind;
   std::optional<ContactOptions> contact;
   std::optional<StrainLimitOptions> strain_limit;
+  std::optional<TearingOptions> tearing;
+  std::optional<PlasticityOptions> plasticity;
 };
 
 struct TimedCommand {

@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "mass_spring_sim/command.h"
 #include "mass_spring_sim/measures.h"
@@ -31,7 +32,10 @@ class Simulation {
   ~Simulation();
 
   const Scene& scene() const { return scene_; }
-  const Model& model() const { return model_; }
+  /// Until springs break, reset() or continueFrom().
+  const Model& model() const { return *model_; }
+  /// The same, for as long as it is held: what is torn goes on with another model.
+  std::shared_ptr<const Model> sharedModel() const { return model_; }
   const State& state() const { return state_; }
   const Pins& pins() const { return pins_; }
   const StepTotals& totals() const { return totals_; }
@@ -51,16 +55,17 @@ class Simulation {
   using TimelineObserver = std::function<void(const Command&, const CommandResult&)>;
   void observeTimeline(TimelineObserver observer) { timeline_observer_ = std::move(observer); }
 
-  /// Applies what the timeline has due, then advances by 1 / rate.
+  /// Applies what the timeline has due, then advances by 1 / rate. After a step that did not fail,
+  /// springs yield and break where the scene calls for that.
   StepReport step();
 
-  /// Takes up where another simulation stands: state, pins, forces, totals; of the timeline, what
-  /// lies ahead. Solver, effects and limits stay those of this scene.
+  /// Takes up where another simulation stands: state, broken springs, rest lengths, pins, forces,
+  /// totals; of the timeline, what lies ahead. Solver, effects and limits stay those of this scene.
   /// @return false, and nothing is done, if the two differ in rate, pins of the scene, particles at
   ///         the start, springs or triangles
   bool continueFrom(const Simulation& other);
 
-  /// Back to the start: state, pins of the scene, timeline; forces cleared, totals zero.
+  /// Back to the start: state, springs, pins of the scene, timeline; forces cleared, totals zero.
   void reset();
   void clearForces();
   void clearPins();  ///< removes all pins, also those of the scene
@@ -70,11 +75,21 @@ class Simulation {
   CommandResult applyPin(const PinCommand& command);
   CommandResult applyShape(const ShapeCommand& command);
   void restorePins();
+  /// Goes on with a model of the same particles.
+  void take(std::shared_ptr<const Model> model);
+  /// @return how many springs broke
+  std::uint32_t tear();
+  void yield();
+  /// Those of the springs become rest_lengths_, or as built.
+  void applyRestLengths();
   /// Is the next command of the timeline due when so many steps are done?
   bool timelineDue(double steps) const;
 
   Scene scene_;
-  Model model_;
+  std::shared_ptr<const Model> whole_;  // as built of the scene
+  std::shared_ptr<const Model> model_;  // the same, or without what is broken
+  std::vector<char> broken_;            // per spring of the whole; empty if none is
+  std::vector<double> rest_lengths_;    // m, per spring of the model; empty if as built
   State state_;
   Pins pins_;
   StepTotals totals_;

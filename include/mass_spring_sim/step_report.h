@@ -26,6 +26,7 @@ struct StepReport {
   std::uint32_t linear_iterations = 0;  ///< of conjugate gradients; 0 with a direct solver
   std::uint32_t factorizations = 0;
   std::uint32_t projected_springs = 0;  ///< whose stiffness was made positive semidefinite
+  std::uint32_t broken_springs = 0;     ///< that tearing removed after the step
   std::uint32_t rejected = 0;           ///< attempts thrown away and redone another way
   double residual = 0.0;                ///< largest relative residual of the equations solved
   /// m, sum of the sub-steps' estimates (root mean square over the free particles); -1 = the scheme
@@ -43,6 +44,7 @@ struct StepTotals {
   std::uint64_t factorizations = 0;
   std::uint64_t unconverged_steps = 0;  ///< degraded or failed
   std::uint64_t rejected_steps = 0;
+  std::uint64_t broken_springs = 0;
   double estimated_error = -1.0;  ///< m, sum of the steps' estimates; -1 = there is none
   double max_budget_used = -1.0;  ///< of all steps; -1 = there is no budget
   void add(const StepReport& report);

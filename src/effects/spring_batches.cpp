@@ -11,18 +11,32 @@ namespace {
 constexpr std::size_t kFewestSprings = 6;
 constexpr std::uint32_t kLongestGap = 8;
 
+bool sameValues(const Spring& a, const Spring& b) {
+  return a.stiffness == b.stiffness && a.damping == b.damping && a.rest_length == b.rest_length;
+}
+
+std::uint32_t roundedUp(std::size_t lanes) {
+  constexpr std::size_t width = SpringBatch::kLaneWidth;
+  return static_cast<std::uint32_t>((lanes + width - 1) / width * width);
+}
+
+}  // namespace
+
 /// Springs of one run have the offset and the copy in common and ascend in i.
-struct Candidate {
-  Spring spring;
-  std::int64_t offset;  // j - i
-  std::uint32_t copy;   // 0 for the first spring from i to j, 1 for the second ...
+struct SpringBatches::Candidate {
+  Spring spring{};
+  std::uint32_t number = kNoSpring;  // of the spring
+  std::int64_t offset = 0;           // j - i
+  std::uint32_t copy = 0;            // 0 for the first spring from i to j, 1 for the second ...
 };
 
-std::vector<Candidate> sortedCandidates(const std::vector<Spring>& springs) {
+std::vector<SpringBatches::Candidate> SpringBatches::sortedCandidates(
+    const std::vector<Spring>& springs) {
   std::vector<Candidate> sorted;
-  for (const Spring& s : springs) {
+  for (std::uint32_t number = 0; number < springs.size(); ++number) {
+    const Spring& s = springs[number];
     if (s.stiffness > 0.0 || s.damping > 0.0) {
-      sorted.push_back({s, std::int64_t{s.j} - std::int64_t{s.i}, 0});
+      sorted.push_back({s, number, std::int64_t{s.j} - std::int64_t{s.i}, 0});
     }
   }
   const auto key = [](const Candidate& c) { return std::make_tuple(c.offset, c.copy, c.spring.i); };
@@ -38,24 +52,13 @@ std::vector<Candidate> sortedCandidates(const std::vector<Spring>& springs) {
   return sorted;
 }
 
-bool sameValues(const Spring& a, const Spring& b) {
-  return a.stiffness == b.stiffness && a.damping == b.damping && a.rest_length == b.rest_length;
-}
-
-std::uint32_t roundedUp(std::size_t lanes) {
-  constexpr std::size_t width = SpringBatch::kLaneWidth;
-  return static_cast<std::uint32_t>((lanes + width - 1) / width * width);
-}
-
-}  // namespace
-
-SpringBatches::SpringBatches(const std::vector<Spring>& springs) {
+SpringBatches::SpringBatches(const std::vector<Spring>& springs, bool apart) {
   const std::vector<Candidate> candidates = sortedCandidates(springs);
   for (const Candidate& c : candidates) {
     elastic_ = elastic_ || c.spring.stiffness > 0.0;
     damped_ = damped_ || c.spring.damping > 0.0;
   }
-  std::vector<Spring> run, rest;
+  std::vector<Candidate> run, rest;
   for (std::size_t k = 0; k < candidates.size();) {
     const Candidate& first = candidates[k];
     run.clear();
@@ -63,11 +66,12 @@ SpringBatches::SpringBatches(const std::vector<Spring>& springs) {
       const Candidate& next = candidates[k];
       if (next.offset != first.offset || next.copy != first.copy) break;
       if (next.spring.i - first.spring.i >= SpringBatch::kMaxLanes) break;
-      if (!run.empty() && next.spring.i - run.back().i > kLongestGap) break;
-      run.push_back(next.spring);
+      if (!run.empty() && next.spring.i - run.back().spring.i > kLongestGap) break;
+      run.push_back(next);
     }
-    if (run.size() >= kFewestSprings && 2 * run.size() > run.back().i - run.front().i) {
-      addRun(run);
+    if (run.size() >= kFewestSprings &&
+        2 * run.size() > run.back().spring.i - run.front().spring.i) {
+      addRun(run, apart);
     } else {
       rest.insert(rest.end(), run.begin(), run.end());
     }
@@ -75,13 +79,14 @@ SpringBatches::SpringBatches(const std::vector<Spring>& springs) {
   std::stable_sort(runs_.begin(), runs_.end(),
                    [](const SpringBatch& a, const SpringBatch& b) { return a.i < b.i; });
   findRanges();
-  std::stable_sort(rest.begin(), rest.end(), [](const Spring& a, const Spring& b) {
-    return std::minmax(a.i, a.j) < std::minmax(b.i, b.j);
+  std::stable_sort(rest.begin(), rest.end(), [](const Candidate& a, const Candidate& b) {
+    return std::minmax(a.spring.i, a.spring.j) < std::minmax(b.spring.i, b.spring.j);
   });
   for (std::size_t k = 0; k < rest.size(); k += SpringBatch::kMaxLanes) {
     const std::size_t end = std::min<std::size_t>(rest.size(), k + SpringBatch::kMaxLanes);
     gather({rest.begin() + static_cast<std::ptrdiff_t>(k),
-            rest.begin() + static_cast<std::ptrdiff_t>(end)});
+            rest.begin() + static_cast<std::ptrdiff_t>(end)},
+           apart);
   }
   for (auto* batches : {&runs_, &gathered_}) {
     for (SpringBatch& batch : *batches) {
@@ -104,47 +109,58 @@ void SpringBatches::findRanges() {
   }
 }
 
-void SpringBatches::addRun(const std::vector<Spring>& springs) {
-  const Spring& first = springs.front();
+void SpringBatches::addRun(const std::vector<Candidate>& springs, bool apart) {
+  const Spring& first = springs.front().spring;
   SpringBatch batch;
   batch.i = first.i;
   batch.j = first.j;
-  batch.lanes = roundedUp(springs.back().i - first.i + 1);
+  batch.lanes = roundedUp(springs.back().spring.i - first.i + 1);
   batch.first_value = stiffness_.size();
-  batch.uniform = std::all_of(springs.begin(), springs.end(),
-                              [&](const Spring& s) { return sameValues(s, first); });
+  batch.uniform = !apart && std::all_of(springs.begin(), springs.end(), [&](const Candidate& c) {
+    return sameValues(c.spring, first);
+  });
   auto next = springs.begin();
   for (std::uint32_t s = 0; s < batch.lanes; ++s) {
-    const bool gap = next == springs.end() || next->i - first.i != s;
+    const bool gap = next == springs.end() || next->spring.i - first.i != s;
     if (gap) {
       batch.gaps.push_back(s);
     } else {
-      batch.damped = batch.damped || next->damping > 0.0;
+      batch.damped = batch.damped || next->spring.damping > 0.0;
     }
-    if (!batch.uniform || s == 0) addValues(gap ? Spring{} : *next);
+    if (!batch.uniform || s == 0) addValues(gap ? Candidate() : *next, apart);
     if (!gap) ++next;
   }
   runs_.push_back(std::move(batch));
 }
 
-void SpringBatches::gather(const std::vector<Spring>& springs) {
+void SpringBatches::gather(const std::vector<Candidate>& springs, bool apart) {
   SpringBatch batch;
   batch.lanes = roundedUp(springs.size());
   batch.first_value = stiffness_.size();
-  for (const Spring& s : springs) {
-    batch.ends_i.push_back(s.i);
-    batch.ends_j.push_back(s.j);
-    batch.damped = batch.damped || s.damping > 0.0;
-    addValues(s);
+  for (const Candidate& c : springs) {
+    batch.ends_i.push_back(c.spring.i);
+    batch.ends_j.push_back(c.spring.j);
+    batch.damped = batch.damped || c.spring.damping > 0.0;
+    addValues(c, apart);
   }
-  for (std::size_t s = springs.size(); s < batch.lanes; ++s) addValues(Spring{});
+  for (std::size_t s = springs.size(); s < batch.lanes; ++s) addValues(Candidate(), apart);
   gathered_.push_back(std::move(batch));
 }
 
-void SpringBatches::addValues(const Spring& spring) {
-  stiffness_.push_back(spring.stiffness);
-  rest_length_.push_back(spring.rest_length);
-  if (damped_) damping_.push_back(spring.damping);
+void SpringBatches::addValues(const Candidate& candidate, bool apart) {
+  stiffness_.push_back(candidate.spring.stiffness);
+  rest_length_.push_back(candidate.spring.rest_length);
+  if (damped_) damping_.push_back(candidate.spring.damping);
+  if (apart) spring_of_value_.push_back(candidate.number);
+}
+
+void SpringBatches::setRestLengths(const std::vector<Spring>& springs,
+                                   const std::vector<double>& rest_lengths) {
+  for (std::size_t value = 0; value < spring_of_value_.size(); ++value) {
+    const std::uint32_t number = spring_of_value_[value];
+    if (number == kNoSpring) continue;
+    rest_length_[value] = rest_lengths.empty() ? springs[number].rest_length : rest_lengths[number];
+  }
 }
 
 }  // namespace mass_spring

@@ -33,7 +33,8 @@ struct SpringBatch {
 /// computed in these gaps is dropped. What no run takes, as in meshes, is gathered.
 class SpringBatches {
  public:
-  explicit SpringBatches(const std::vector<Spring>& springs);
+  /// @param apart  each spring has values of its own, so that rest lengths can change
+  explicit SpringBatches(const std::vector<Spring>& springs, bool apart = false);
 
   /// Ascending in i, so that particles come in once, for all of their springs.
   const std::vector<SpringBatch>& runs() const { return runs_; }
@@ -41,6 +42,11 @@ class SpringBatches {
   std::size_t lanes() const { return lanes_; }
   bool elastic() const { return elastic_; }  ///< some spring has stiffness
   bool damped() const { return damped_; }
+
+  bool apart() const { return !spring_of_value_.empty(); }
+  /// @param springs       that the batches were made of, apart
+  /// @param rest_lengths  m; empty = those of the springs
+  void setRestLengths(const std::vector<Spring>& springs, const std::vector<double>& rest_lengths);
 
   /// From first_value on by lane; a single one if the batch is uniform.
   const double* stiffness(const SpringBatch& batch) const {
@@ -77,13 +83,17 @@ class SpringBatches {
   }
 
  private:
+  static constexpr std::uint32_t kNoSpring = 0xffffffff;
+  struct Candidate;
+  static std::vector<Candidate> sortedCandidates(const std::vector<Spring>& springs);
   void findRanges();
-  void addRun(const std::vector<Spring>& springs);
-  void gather(const std::vector<Spring>& springs);
-  void addValues(const Spring& spring);
+  void addRun(const std::vector<Candidate>& springs, bool apart);
+  void gather(const std::vector<Candidate>& springs, bool apart);
+  void addValues(const Candidate& candidate, bool apart);
 
   std::vector<SpringBatch> runs_, gathered_;
   std::vector<double> stiffness_, damping_, rest_length_;
+  std::vector<std::uint32_t> spring_of_value_;  // only if apart
   std::size_t lanes_ = 0;
   bool elastic_ = false, damped_ = false;
 };

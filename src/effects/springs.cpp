@@ -59,6 +59,14 @@ std::vector<std::string> Springs::names() const {
   return names;
 }
 
+void Springs::setRestLengths(const std::vector<Spring>& springs,
+                             const std::vector<double>& rest_lengths) {
+  if (rest_lengths.empty() && !batches_.apart()) return;
+  // The same lanes: which of them join what does not depend on values.
+  if (!batches_.apart()) batches_ = SpringBatches(springs, true);
+  batches_.setRestLengths(springs, rest_lengths);
+}
+
 template <typename Visit, typename Finish>
 void Springs::forEachBatch(const Vectors& positions, const Vectors* velocities, Columns& columns,
                            Visit visit, Finish finish) const {

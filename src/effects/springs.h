@@ -32,6 +32,9 @@ class Springs : public Effect {
 
   std::vector<std::string> names() const override;
   const SpringBatches& batches() const { return batches_; }
+  /// @param springs       that the effect was made of
+  /// @param rest_lengths  m, from now on; empty = those of the springs
+  void setRestLengths(const std::vector<Spring>& springs, const std::vector<double>& rest_lengths);
 
   void addEnergy(const Vectors& positions, Energy& energy) const override;
   void addForces(const Vectors& positions, const Vectors& velocities,

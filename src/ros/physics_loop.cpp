@@ -200,6 +200,11 @@ void PhysicsLoop::advance() {
   if (report.status == StepStatus::kDegraded && degraded_throttle_.ready()) {
     ROS_WARN_STREAM("Step " << simulation_->state().step << ": " << report.message);
   }
+  if (report.broken_springs > 0 && broken_throttle_.ready()) {
+    ROS_WARN_STREAM("Step " << simulation_->state().step << ": " << report.broken_springs
+                            << " springs broke (" << simulation_->totals().broken_springs
+                            << " since the start)");
+  }
   clock_.advance(simulation_->state().time);
   meter_.add(end, Seconds(end - begin).count());
   if (period_ > Steady::duration::zero() && end - begin > period_) ++overruns_;

@@ -100,7 +100,7 @@ class PhysicsLoop {
   Steady::time_point deadline_;  ///< of the next step
   StepMeter meter_;
   std::uint64_t overruns_ = 0;
-  Throttle degraded_throttle_;
+  Throttle degraded_throttle_, broken_throttle_;
 
   std::thread thread_;
   std::promise<void> ended_promise_;

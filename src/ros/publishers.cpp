@@ -38,11 +38,12 @@ double markersPerWallSecond(const Scene& scene) {
 }  // namespace
 
 struct Publishers::Snapshot {
-  std::shared_ptr<const Simulation> simulation;  ///< whose scene and model are constant
+  std::shared_ptr<const Simulation> simulation;  ///< whose scene is constant
+  std::shared_ptr<const Model> model;            ///< while it goes on, perhaps, with another one
   ros::Time stamp;
   State state;
   std::vector<char> pinned;            ///< per particle
-  mass_spring_sim::SolverStats stats;  ///< but for energies and what is measured on the state
+  mass_spring_sim::SolverStats stats;  ///< but for what is measured on the state
 };
 
 Publishers::Publishers(ros::NodeHandle& nh, std::shared_ptr<const Simulation> simulation,
@@ -86,6 +87,7 @@ void Publishers::replaced(std::shared_ptr<const Simulation> simulation, bool con
 void Publishers::stepped(const StepReport& report, const StepMeter::Figures& figures,
                          std::uint64_t overruns) {
   const PublishRates& rates = simulation_->scene().publish;
+  if (report.broken_springs > 0) publishTopology();
   const bool state = due(rates.state) && state_publisher_.getNumSubscribers() > 0;
   const bool stats = due(rates.stats) && stats_publisher_.getNumSubscribers() > 0;
   const auto now = std::chrono::steady_clock::now();
@@ -97,6 +99,11 @@ void Publishers::stepped(const StepReport& report, const StepMeter::Figures& fig
   if (state) thread_.post(PublishingThread::kState, [this, s] { publishState(*s); });
   if (stats) {
     mass_spring_sim::SolverStats& message = s->stats;
+    // Measured here, as yielding springs change with the next step.
+    const Energy energy = mass_spring::energy(*s->model, s->state);
+    message.kinetic_energy = energy.kinetic;
+    message.elastic_energy = energy.elastic;
+    message.gravity_energy = energy.gravity;
     message.real_time_factor = figures.real_time_factor;
     message.step_time_median = figures.median;
     message.step_time_max = figures.max;
@@ -163,6 +170,7 @@ void Publishers::rejected(const std::string& topic, const std::string& sender,
 std::shared_ptr<Publishers::Snapshot> Publishers::snapshot() const {
   auto snapshot = std::make_shared<Snapshot>();
   snapshot->simulation = simulation_;
+  snapshot->model = simulation_->sharedModel();
   snapshot->stamp = clock_.stamp();
   snapshot->state = simulation_->state();
   snapshot->pinned = simulation_->pins().mask();
@@ -186,8 +194,9 @@ void Publishers::publishScene() {
 }
 
 void Publishers::publishTopology() {
-  thread_.post(PublishingThread::kEvents, [this, simulation = simulation_, stamp = clock_.stamp()] {
-    mass_spring_sim::Topology message = toMessage(simulation->model());
+  thread_.post(PublishingThread::kEvents, [this, model = simulation_->sharedModel(),
+                                           stamp = clock_.stamp()] {
+    mass_spring_sim::Topology message = toMessage(*model);
     message.header = header(stamp);
     topology_publisher_.publish(message);
   });
@@ -211,13 +220,8 @@ void Publishers::publishStats(const Snapshot& snapshot) {
   message.header = header(snapshot.stamp);
   message.step = snapshot.state.step;
   message.sim_time = snapshot.state.time;
-  const Model& model = snapshot.simulation->model();
-  const Energy energy = mass_spring::energy(model, snapshot.state);
-  message.kinetic_energy = energy.kinetic;
-  message.elastic_energy = energy.elastic;
-  message.gravity_energy = energy.gravity;
   message.max_speed = maxSpeed(snapshot.state);
-  message.max_stretch = maxStretch(model, snapshot.state);
+  message.max_stretch = maxStretch(*snapshot.model, snapshot.state);
   stats_publisher_.publish(message);
 }
 
@@ -226,9 +230,12 @@ void Publishers::publishMarkers(const Snapshot& snapshot) {
   bool start_over = start_over_.exchange(false);
   if (drawn_.lock() != snapshot.simulation) {
     drawn_ = snapshot.simulation;
-    markers_.emplace(simulation.model(), frame_id_, markersPerWallSecond(simulation.scene()),
-                     shapeMarkers(simulation.scene()));
     start_over = true;  // a last drawing of another scene may have taken it
+  }
+  if (drawn_model_.lock() != snapshot.model) {
+    drawn_model_ = snapshot.model;
+    markers_.emplace(*snapshot.model, frame_id_, markersPerWallSecond(simulation.scene()),
+                     shapeMarkers(simulation.scene()));
   }
   markers_publisher_.publish(
       markers_->draw(snapshot.state.positions, snapshot.pinned, snapshot.stamp, start_over));

@@ -36,6 +36,7 @@ class Publishers {
   /// Another simulation has taken over, of the same frame_id: where the old one stood, or at its
   /// start.
   void replaced(std::shared_ptr<const Simulation> simulation, bool continued);
+  /// Tells the topology anew where springs broke.
   void stepped(const StepReport& report, const StepMeter::Figures& figures, std::uint64_t overruns);
   void paused(bool paused);
   /// Shows the simulation as it stands, to viewers that know nothing yet, or while no step does.
@@ -74,6 +75,7 @@ class Publishers {
 
   // Of the thread that publishes.
   std::weak_ptr<const Simulation> drawn_;  ///< by markers_; a replaced one is not kept for that
+  std::weak_ptr<const Model> drawn_model_;
   std::optional<Markers> markers_;
 
   PublishingThread thread_;  ///< last, so that it ends before what it uses

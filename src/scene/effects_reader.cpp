@@ -115,6 +115,18 @@ void readEffects(const Place& place, const std::vector<Object>* objects, EffectO
     reader.optional("stiffness_ratio").read(options.stiffness_ratio, positive(""));
     reader.refuseUnknown();
   }
+  if (const Place tearing = keys.optional("tearing"); tearing.present()) {
+    MapReader reader(tearing, "a map with max_strain");
+    reader.required("max_strain").read(effects.tearing.emplace().max_strain, positive(""));
+    reader.refuseUnknown();
+  }
+  if (const Place plasticity = keys.optional("plasticity"); plasticity.present()) {
+    PlasticityOptions& options = effects.plasticity.emplace();
+    MapReader reader(plasticity, "a map with yield_strain and creep_rate");
+    reader.required("yield_strain").read(options.yield_strain, atLeastZero(""));
+    reader.required("creep_rate").read(options.creep_rate, positive("1/s"));
+    reader.refuseUnknown();
+  }
   keys.refuseUnknown();
 }
 

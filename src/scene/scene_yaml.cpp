@@ -293,6 +293,17 @@ void writeEffects(Writer& yaml, const EffectOptions& effects) {
     yaml.add("stiffness_ratio", effects.strain_limit->stiffness_ratio);
     yaml.end();
   }
+  if (effects.tearing) {
+    yaml.begin("tearing");
+    yaml.add("max_strain", effects.tearing->max_strain);
+    yaml.end();
+  }
+  if (effects.plasticity) {
+    yaml.begin("plasticity");
+    yaml.add("yield_strain", effects.plasticity->yield_strain);
+    yaml.add("creep_rate", effects.plasticity->creep_rate);
+    yaml.end();
+  }
   yaml.end();
 }
 

@@ -62,6 +62,7 @@ nlohmann::json jsonReport(const Simulation& simulation, const RunStatistics& sta
       {"status", name(statistics.status)},
       {"message", statistics.message()},
   };
+  if (simulation.scene().effects.tearing) report["broken_springs"] = totals.broken_springs;
   const auto shapes = simulation.shapeWrenches();
   if (!shapes.empty()) report["shapes"] = json(shapes);
   return report;
