@@ -53,14 +53,19 @@ std::map<std::string, Wrench> pinWrenches(const Model& model, const State& state
 std::map<std::string, Wrench> shapeWrenches(const Model& model, const State& state) {
   std::map<std::string, Wrench> wrenches;
   if (model.contact == nullptr) return wrenches;
-  setTime(model, state.time);
   for (const Shape& shape : model.contact->shapes()) wrenches[shape.name()];
-  for (const Touch& touch : model.contact->touches(state.positions, state.velocities)) {
+  for (const Touch& touch : touches(model, state)) {
     const Shape& shape = model.contact->shapes()[touch.shape];
     wrenches[shape.name()].add(-touch.force,
                                state.positions.col(touch.particle) - shape.pose().position);
   }
   return wrenches;
+}
+
+std::vector<Touch> touches(const Model& model, const State& state) {
+  if (model.contact == nullptr) return {};
+  setTime(model, state.time);
+  return model.contact->touches(state.positions, state.velocities);
 }
 
 std::optional<std::uint32_t> firstNotFinite(const State& state) {

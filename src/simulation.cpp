@@ -65,6 +65,8 @@ std::map<std::string, Wrench> Simulation::shapeWrenches() const {
   return mass_spring::shapeWrenches(*model_, state_);
 }
 
+std::vector<Touch> Simulation::touches() const { return mass_spring::touches(*model_, state_); }
+
 CommandResult Simulation::apply(const Command& command) {
   return std::visit(
       [this](const auto& c) {

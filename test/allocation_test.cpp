@@ -71,7 +71,7 @@ TEST(Allocations, NoneWithAllEffects) {
     // The sheet, level at z = 0, touches both from the start.
     scene.effects.contact->shapes = {{"ball", Sphere{{0.0, 0.0, -0.3}, 0.29}},
                                      {"floor", Plane{{0.0, 0.0, -0.01}, {0.0, 0.0, 1.0}}}};
-    scene.effects.strain_limit = StrainLimitOptions{0.0, 10.0};
+    scene.effects.strain_limit = StrainLimitOptions{0.001, 10.0};
     Simulation simulation(scene);
     simulation.step();
     const long before = allocations;

@@ -107,8 +107,8 @@ TEST_P(MovingShapes, TurntableTakesAParticleRound) {
   Simulation simulation(blockScene(GetParam(), kRate, 2.0));
   ASSERT_TRUE(simulation.apply(move(Eigen::Vector3d::Zero(), 0.5 * kPi, 1.0)).accepted());
   for (int step = 0; step < 500; ++step) simulation.step();
-  // It starts from rest, and slips v^2 / (2 mu g) until it is as fast as the table (mu = 2); then it
-  // creeps with less than the slip velocity of 1 mm/s for the rest of the second.
+  // It starts from rest, and slips v^2 / (2 mu g) until it is as fast as the table (mu = 2); then
+  // it creeps with less than the slip velocity of 1 mm/s for the rest of the second.
   const double speed = 0.2 * 0.5 * kPi, slipped = speed * speed / (2.0 * 2.0 * kGravity);
   EXPECT_LT((simulation.state().positions.col(0).head<2>() - Eigen::Vector2d(0.0, 0.2)).norm(),
             slipped + 1e-3);

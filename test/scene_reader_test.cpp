@@ -336,8 +336,8 @@ TEST(SceneReader, RefusesUnknownKeysEverywhere) {
 
 TEST(SceneReader, NamesTheNearestKnownKey) {
   EXPECT_EQ(problemsOf(sceneWith("publish.stat", "1")),
-            Lines{"publish.stat: got an unknown key, expected one of markers, state, stats (did "
-                  "you mean 'state'?)"});
+            Lines{"publish.stat: got an unknown key, expected one of markers, state, pins, "
+                  "contacts, stats (did you mean 'state'?)"});
   EXPECT_EQ(problemsOf(sceneWith("limits.velocity", "1")),
             Lines{"limits.velocity: got an unknown key, expected one of max_force"});
 }

@@ -79,13 +79,15 @@ TEST(SceneYaml, WritesEveryKindOfCommand) {
              " orientation: [0, 0, 1]}}\n"
              "  - {time: 5, shape: {name: ball, target: [1, 2, 3], duration: 0.5}}\n"
              "effects: {contact: {stiffness: 10,"
-             " shapes: {ball: {type: sphere, center: [0, 0, 0], radius: 1}}}}\n"));
+             " shapes: {ball: {type: sphere, center: [0, 0, 0], radius: 1,"
+             " follow_frame: tool}}}}\n"));
   const Scene again = parsed(yaml);
   EXPECT_EQ(toYaml(again), yaml);
   EXPECT_EQ(std::get<ForceCommand>(again.timeline[0].command).id, "a: b");
   EXPECT_EQ(std::get<PinCommand>(again.timeline[1].command).radius, 4.0);
   EXPECT_FALSE(std::get<PinCommand>(again.timeline[4].command).here);
   EXPECT_EQ(std::get<ShapeCommand>(again.timeline[5].command).duration, 0.5);
+  EXPECT_EQ(again.effects.contact->shapes[0].follow_frame, "tool");
 }
 
 TEST(SceneYaml, QuotesNamesThatMeanSomethingElse) {

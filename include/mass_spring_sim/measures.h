@@ -51,6 +51,16 @@ std::map<std::string, Wrench> pinWrenches(const Model& model, const State& state
 /// sensor in it would feel. Empty without contact.
 std::map<std::string, Wrench> shapeWrenches(const Model& model, const State& state);
 
+/// What a particle feels of a shape of contact.
+struct Touch {
+  std::uint32_t particle;
+  std::uint32_t shape;    ///< in bytewise order of their names
+  Eigen::Vector3d force;  ///< N, on the particle
+};
+
+/// All contacts, particle by particle; empty without contact.
+std::vector<Touch> touches(const Model& model, const State& state);
+
 /// The first particle whose position or velocity is not finite.
 std::optional<std::uint32_t> firstNotFinite(const State& state);
 

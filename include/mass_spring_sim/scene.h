@@ -152,6 +152,9 @@ struct Capsule {
 struct ContactShape {
   std::string name;  ///< [A-Za-z][A-Za-z0-9_]*
   std::variant<Plane, Sphere, Box, Capsule> geometry;
+  /// A tf frame that it is fixed to, and that its geometry is given in: only the node knows tf, for
+  /// others that frame stays where the scene's is. Empty = it stands in the scene.
+  std::string follow_frame = "";
 };
 
 /// Particles are kept off shapes by springs, and rub on them (Coulomb).
@@ -200,6 +203,8 @@ struct TimedCommand {
 struct PublishRates {
   double markers = 30.0;
   double state = 100.0;
+  double pins = 100.0;
+  double contacts = 100.0;
   double stats = 10.0;
 };
 

@@ -47,6 +47,7 @@ class Simulation {
   /// By name, at the state; see measures.h. Not while it steps.
   std::map<std::string, Wrench> pinWrenches() const;
   std::map<std::string, Wrench> shapeWrenches() const;
+  std::vector<Touch> touches() const;
 
   /// Checks a command and, if it is accepted, lets it take effect with the next step.
   CommandResult apply(const Command& command);

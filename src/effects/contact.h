@@ -9,13 +9,6 @@
 
 namespace mass_spring {
 
-/// What a particle feels of a shape.
-struct Touch {
-  std::uint32_t particle;
-  std::uint32_t shape;    ///< in the order of their names
-  Eigen::Vector3d force;  ///< N, on the particle
-};
-
 /// Shapes that particles rest on and rub on. With the depth p = thickness - distance > 0 and the
 /// normal n, E = k p^2 / 2 and N = k p along n: K = k n n^T - N (dn/dx), of which the second part
 /// is dropped where a matrix has to be definite. Friction is Coulomb's, f = -mu N g(u) with the

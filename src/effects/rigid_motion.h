@@ -17,6 +17,7 @@ class RigidMotion {
   RigidMotion(const Pose& from, const Pose& to, double begin, double duration);
 
   Pose at(double time) const;
+  const Pose& target() const { return to_; }
   /// Does it move then, or later?
   bool lasts(double time) const;
 

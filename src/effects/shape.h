@@ -27,6 +27,7 @@ class Shape {
   const std::string& name() const { return name_; }
   /// Has it the same name, geometry and start?
   bool startsLike(const Shape& other) const;
+  const Pose& start() const { return start_; }
   const Pose& pose() const { return pose_; }
   const RigidMotion& motion() const { return motion_; }
 

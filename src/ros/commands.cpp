@@ -28,16 +28,23 @@ mass_spring_sim::AppliedCommand received(const mass_spring_sim::PinCommand& mess
   return applied;
 }
 
+mass_spring_sim::AppliedCommand received(const mass_spring_sim::ShapeCommand& message) {
+  mass_spring_sim::AppliedCommand applied;
+  applied.kind = mass_spring_sim::AppliedCommand::SHAPE;
+  applied.shape = message;
+  return applied;
+}
+
 }  // namespace
 
-Commands::Commands(ros::NodeHandle nh, std::string frame_id, PhysicsLoop& loop,
+Commands::Commands(ros::NodeHandle nh, const Frames& frames, PhysicsLoop& loop,
                    Publishers& publishers)
-    : frame_id_(std::move(frame_id)),
+    : frames_(frames),
       loop_(loop),
       publishers_(publishers),
-      listener_(buffer_),
       force_(nh.subscribe(topics::kForce, kUnbounded, &Commands::onForce, this)),
-      pin_(nh.subscribe(topics::kPin, kUnbounded, &Commands::onPin, this)) {}
+      pin_(nh.subscribe(topics::kPin, kUnbounded, &Commands::onPin, this)),
+      shape_(nh.subscribe(topics::kShape, kUnbounded, &Commands::onShape, this)) {}
 
 void Commands::onForce(const ros::MessageEvent<const mass_spring_sim::ForceCommand>& event) {
   receive<ForceCommand>(event, force_.getTopic());
@@ -47,13 +54,18 @@ void Commands::onPin(const ros::MessageEvent<const mass_spring_sim::PinCommand>&
   receive<PinCommand>(event, pin_.getTopic());
 }
 
+void Commands::onShape(const ros::MessageEvent<const mass_spring_sim::ShapeCommand>& event) {
+  receive<ShapeCommand>(event, shape_.getTopic());
+}
+
 template <class CoreCommand, class Message>
 void Commands::receive(const ros::MessageEvent<const Message>& event, const std::string& topic) {
   const auto message = event.getMessage();
   const std::string sender = event.getPublisherName();
   CoreCommand command;
   const CommandResult translated = toCommand(
-      *message, [this](const std::string& frame_id) { return frame(frame_id); }, command);
+      *message, [this](const std::string& frame_id) { return frames_.find(frame_id).pose; },
+      command);
   if (!translated.accepted()) {
     publishers_.rejected(topic, sender, translated);
     return;
@@ -74,18 +86,6 @@ void Commands::receive(const ros::MessageEvent<const Message>& event, const std:
                          {Refusal::kLimit, "more than " + std::to_string(CommandQueue::kCapacity) +
                                                " commands wait for the next step"});
   }
-}
-
-Eigen::Isometry3d Commands::frame(const std::string& frame_id) const {
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  if (frame_id.empty() || frame_id == frame_id_) return pose;
-  const geometry_msgs::Transform transform =
-      buffer_.lookupTransform(frame_id_, frame_id, ros::Time(0)).transform;
-  pose.translate(
-      Eigen::Vector3d(transform.translation.x, transform.translation.y, transform.translation.z));
-  pose.rotate(Eigen::Quaterniond(transform.rotation.w, transform.rotation.x, transform.rotation.y,
-                                 transform.rotation.z));
-  return pose;
 }
 
 }  // namespace mass_spring

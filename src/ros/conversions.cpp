@@ -2,8 +2,11 @@
 
 #include <tf2/exceptions.h>
 
+#include <algorithm>
 #include <cmath>
 #include <variant>
+
+#include "effects/contact.h"
 
 namespace mass_spring {
 
@@ -27,6 +30,23 @@ Message fromVector(const Eigen::Vector3d& vector) {
 
 Eigen::Quaterniond toQuaternion(const geometry_msgs::Quaternion& message) {
   return {message.w, message.x, message.y, message.z};
+}
+
+geometry_msgs::Pose fromPose(const Pose& pose) {
+  geometry_msgs::Pose message;
+  message.position = fromVector<geometry_msgs::Point>(pose.position);
+  message.orientation.w = pose.orientation.w();
+  message.orientation.x = pose.orientation.x();
+  message.orientation.y = pose.orientation.y();
+  message.orientation.z = pose.orientation.z();
+  return message;
+}
+
+geometry_msgs::Wrench fromWrench(const Wrench& wrench) {
+  geometry_msgs::Wrench message;
+  message.force = fromVector<geometry_msgs::Vector3>(wrench.force);
+  message.torque = fromVector<geometry_msgs::Vector3>(wrench.torque);
+  return message;
 }
 
 CommandResult notFinite(const std::string& field) {
@@ -125,6 +145,25 @@ CommandResult toCommand(const mass_spring_sim::PinCommand& message, const FrameL
   return {};
 }
 
+CommandResult toCommand(const mass_spring_sim::ShapeCommand& message, const FrameLookup& lookup,
+                        ShapeCommand& command) {
+  const Eigen::Vector3d position = toVector(message.target.position);
+  Eigen::Quaterniond orientation = toQuaternion(message.target.orientation);
+  if (!position.allFinite()) return notFinite("target.position");
+  if (!orientation.coeffs().allFinite()) return notFinite("target.orientation");
+  if (!std::isfinite(message.duration)) return notFinite("duration");
+  if (auto length = normalise(orientation); !length.accepted()) return length;
+  Eigen::Isometry3d frame;
+  if (auto found = findFrame(message.header.frame_id, lookup, frame); !found.accepted()) {
+    return found;
+  }
+  command.name = message.name;
+  command.target.position = frame * position;
+  command.target.orientation = (Eigen::Quaterniond(frame.linear()) * orientation).normalized();
+  command.duration = message.duration;
+  return {};
+}
+
 mass_spring_sim::AppliedCommand toMessage(const Command& command) {
   mass_spring_sim::AppliedCommand message;
   if (const auto* force = std::get_if<ForceCommand>(&command)) {
@@ -136,21 +175,22 @@ mass_spring_sim::AppliedCommand toMessage(const Command& command) {
       message.force.forces.push_back(fromVector<geometry_msgs::Vector3>(vector));
     }
     message.force.duration = force->duration;
-  } else {
-    const auto& pin = std::get<PinCommand>(command);
+  } else if (const auto* pin = std::get_if<PinCommand>(&command)) {
     message.kind = mass_spring_sim::AppliedCommand::PIN;
-    message.pin.action = static_cast<std::uint8_t>(pin.action);
-    message.pin.name = pin.name;
-    message.pin.object = pin.object;
-    message.pin.particles = pin.particles;
-    message.pin.point = fromVector<geometry_msgs::Point>(pin.point);
-    message.pin.radius = pin.radius;
-    message.pin.target.position = fromVector<geometry_msgs::Point>(pin.target.position);
-    message.pin.target.orientation.w = pin.target.orientation.w();
-    message.pin.target.orientation.x = pin.target.orientation.x();
-    message.pin.target.orientation.y = pin.target.orientation.y();
-    message.pin.target.orientation.z = pin.target.orientation.z();
-    message.pin.here = pin.here;
+    message.pin.action = static_cast<std::uint8_t>(pin->action);
+    message.pin.name = pin->name;
+    message.pin.object = pin->object;
+    message.pin.particles = pin->particles;
+    message.pin.point = fromVector<geometry_msgs::Point>(pin->point);
+    message.pin.radius = pin->radius;
+    message.pin.target = fromPose(pin->target);
+    message.pin.here = pin->here;
+  } else {
+    const auto& shape = std::get<ShapeCommand>(command);
+    message.kind = mass_spring_sim::AppliedCommand::SHAPE;
+    message.shape.name = shape.name;
+    message.shape.target = fromPose(shape.target);
+    message.shape.duration = shape.duration;
   }
   return message;
 }
@@ -164,6 +204,48 @@ mass_spring_sim::ParticleStates toMessage(const State& state) {
   message.sim_time = state.time;
   message.positions = flat(state.positions);
   message.velocities = flat(state.velocities);
+  return message;
+}
+
+mass_spring_sim::PinStates pinStates(const Simulation& simulation) {
+  mass_spring_sim::PinStates message;
+  const auto wrenches = simulation.pinWrenches();
+  for (const auto& [name, pin] : simulation.pins().all()) {
+    mass_spring_sim::PinState& state = message.pins.emplace_back();
+    state.name = name;
+    state.particles = pin.particles;
+    state.target = fromPose(pin.target);
+    state.wrench = fromWrench(wrenches.at(name));
+    for (std::size_t k = 0; k < pin.particles.size(); ++k) {
+      const Eigen::Vector3d meant = pin.target.position + pin.target.orientation * pin.offsets[k];
+      const Eigen::Vector3d is = simulation.state().positions.col(pin.particles[k]);
+      state.position_error = std::max(state.position_error, (is - meant).norm());
+    }
+  }
+  return message;
+}
+
+mass_spring_sim::Contacts contacts(const Simulation& simulation,
+                                   const std::set<std::string>& stale) {
+  mass_spring_sim::Contacts message;
+  const State& state = simulation.state();
+  message.step = state.step;
+  message.sim_time = state.time;
+  const auto wrenches = simulation.shapeWrenches();
+  for (const Shape& shape : simulation.model().contact->shapes()) {
+    mass_spring_sim::ShapeState& entry = message.shapes.emplace_back();
+    entry.name = shape.name();
+    entry.pose = fromPose(shape.pose());
+    entry.wrench = fromWrench(wrenches.at(shape.name()));
+    entry.stale = stale.count(shape.name()) > 0;
+  }
+  for (const Touch& touch : simulation.touches()) {
+    mass_spring_sim::Contact& contact = message.contacts.emplace_back();
+    contact.particle = touch.particle;
+    contact.shape = touch.shape;
+    contact.position = fromVector<geometry_msgs::Point>(state.positions.col(touch.particle));
+    contact.force = fromVector<geometry_msgs::Vector3>(touch.force);
+  }
   return message;
 }
 

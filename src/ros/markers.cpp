@@ -106,11 +106,8 @@ double spacing(const Model& model, const ModelObject& object) {
 
 }  // namespace
 
-Markers::Markers(const Model& model, std::string frame_id, double rate, std::vector<Marker> shapes)
-    : model_(model),
-      frame_id_(std::move(frame_id)),
-      detail_(chooseDetail(model, rate)),
-      shapes_(std::move(shapes)) {
+Markers::Markers(const Model& model, std::string frame_id, double rate)
+    : model_(model), frame_id_(std::move(frame_id)), detail_(chooseDetail(model, rate)) {
   for (const ModelObject& object : model.objects) looks_.push_back(look(object));
 }
 
@@ -142,7 +139,8 @@ Markers::Look Markers::look(const ModelObject& object) const {
 
 const visualization_msgs::MarkerArray& Markers::draw(const Vectors& positions,
                                                      const std::vector<char>& pinned,
-                                                     const ros::Time& stamp, bool start_over) {
+                                                     const ros::Time& stamp, bool start_over,
+                                                     std::vector<Marker> shapes) {
   array_.markers.resize(4 * model_.objects.size() + 1);
   used_ = 0;
   if (start_over) {
@@ -162,10 +160,7 @@ const visualization_msgs::MarkerArray& Markers::draw(const Vectors& positions,
     drawPins(object, look, positions, pinned, stamp);
   }
   array_.markers.resize(used_);
-  for (Marker& shape : shapes_) {
-    shape.header.stamp = stamp;
-    array_.markers.push_back(shape);
-  }
+  for (Marker& shape : shapes) array_.markers.push_back(std::move(shape));
   return array_;
 }
 

@@ -24,19 +24,19 @@ enum class Detail {
 /// NAME/pins, each of id 0. What there is nothing of is deleted, as RViz dislikes empty lists.
 class Markers {
  public:
-  /// @param rate    Hz of wall time at which markers will be published at the most
-  /// @param shapes  what stands around; drawn after the objects
-  Markers(const Model& model, std::string frame_id, double rate,
-          std::vector<visualization_msgs::Marker> shapes);
+  /// @param rate  Hz of wall time at which markers will be published at the most
+  Markers(const Model& model, std::string frame_id, double rate);
 
   Detail detail() const { return detail_; }
 
   /// @param pinned      per particle
   /// @param start_over  begin with a DELETEALL
+  /// @param shapes      what stands around; drawn after the objects
   /// @return valid until the next call
   const visualization_msgs::MarkerArray& draw(const Vectors& positions,
                                               const std::vector<char>& pinned,
-                                              const ros::Time& stamp, bool start_over);
+                                              const ros::Time& stamp, bool start_over,
+                                              std::vector<visualization_msgs::Marker> shapes = {});
 
  private:
   struct Look {
@@ -62,7 +62,6 @@ class Markers {
   std::string frame_id_;
   Detail detail_;
   std::vector<Look> looks_;  ///< per object
-  std::vector<visualization_msgs::Marker> shapes_;
   visualization_msgs::MarkerArray array_;  ///< kept for its memory
   std::size_t used_ = 0;                   ///< of array_.markers
 };

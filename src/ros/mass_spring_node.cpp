@@ -38,15 +38,17 @@ void run(ros::NodeHandle& nh, std::shared_ptr<Simulation> simulation) {
   announce(*simulation);
   const std::string frame_id = simulation->scene().frame_id;
   Clock clock(nh, ros::Time::isSimTime());
+  const Frames frames(frame_id);
+  FrameFollower follower(frames);
   PhysicsLoop* viewed = nullptr;
-  Publishers publishers(nh, simulation, clock, [&viewed] { viewed->redraw(); });
-  PhysicsLoop loop(std::move(simulation), clock, publishers);
+  Publishers publishers(nh, simulation, clock, follower, [&viewed] { viewed->redraw(); });
+  PhysicsLoop loop(std::move(simulation), clock, follower, publishers);
   viewed = &loop;
 
   ros::CallbackQueue command_queue, step_queue;
   ros::NodeHandle command_nh(nh);
   command_nh.setCallbackQueue(&command_queue);
-  Commands commands(command_nh, frame_id, loop, publishers);
+  Commands commands(command_nh, frames, loop, publishers);
   loop.start();
   Services services(nh, step_queue, frame_id, loop);
 

@@ -17,13 +17,14 @@ constexpr int kMaxCatchUp = 5;
 // How long the loop sleeps at most, so that /clock is repeated.
 constexpr std::chrono::milliseconds kMaxSleep(100);
 
-const std::string kTimeline = "timeline";
+const std::string kTimeline = "timeline", kTf = "tf";
 
 }  // namespace
 
 PhysicsLoop::PhysicsLoop(std::shared_ptr<Simulation> simulation, Clock& clock,
-                         Publishers& publishers)
+                         FrameFollower& follower, Publishers& publishers)
     : clock_(clock),
+      follower_(follower),
       publishers_(publishers),
       paused_(simulation->scene().start_paused),
       meter_(simulation->stepSize()),
@@ -142,7 +143,9 @@ void PhysicsLoop::redraw() {
 void PhysicsLoop::take(std::shared_ptr<Simulation> simulation) {
   simulation_ = std::move(simulation);
   simulation_->observeTimeline(
-      [this](const Command& command, const CommandResult& result) { onTimeline(command, result); });
+      [this](const Command& command, const CommandResult& result) {
+        tell(kTimeline, command, result);
+      });
   const double factor = simulation_->scene().real_time_factor;
   period_ =
       factor == 0.0
@@ -150,13 +153,14 @@ void PhysicsLoop::take(std::shared_ptr<Simulation> simulation) {
           : std::chrono::duration_cast<Steady::duration>(Seconds(simulation_->stepSize() / factor));
 }
 
-void PhysicsLoop::onTimeline(const Command& command, const CommandResult& result) {
+void PhysicsLoop::tell(const std::string& sender, const Command& command,
+                       const CommandResult& result) {
   if (!result.accepted()) {
-    publishers_.rejected(kTimeline, kTimeline, result);
+    publishers_.rejected(sender, sender, result);
     return;
   }
   mass_spring_sim::AppliedCommand message = toMessage(command);
-  message.sender = kTimeline;
+  message.sender = sender;
   message.step = simulation_->state().step + 1;
   publishers_.applied(std::move(message));
 }
@@ -187,6 +191,9 @@ bool PhysicsLoop::stepDue() const {
 }
 
 void PhysicsLoop::advance() {
+  for (const ShapeCommand& command : follower_.lead(*simulation_)) {
+    tell(kTf, command, simulation_->apply(command));
+  }
   const Steady::time_point begin = Steady::now();
   const StepReport report = simulation_->step();
   const Steady::time_point end = Steady::now();

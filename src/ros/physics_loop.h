@@ -11,6 +11,7 @@
 
 #include "clock.h"
 #include "command_queue.h"
+#include "frame_follower.h"
 #include "mass_spring_sim/simulation.h"
 #include "publishers.h"
 #include "step_meter.h"
@@ -24,7 +25,8 @@ namespace mass_spring {
 /// ~rejected what became of commands of the timeline.
 class PhysicsLoop {
  public:
-  PhysicsLoop(std::shared_ptr<Simulation> simulation, Clock& clock, Publishers& publishers);
+  PhysicsLoop(std::shared_ptr<Simulation> simulation, Clock& clock, FrameFollower& follower,
+              Publishers& publishers);
   /// Waits for the step at hand.
   ~PhysicsLoop();
 
@@ -77,7 +79,8 @@ class PhysicsLoop {
   auto ask(Function function) -> std::future<decltype(function())>;
   void run();
   void take(std::shared_ptr<Simulation> simulation);
-  void onTimeline(const Command& command, const CommandResult& result);
+  /// Says what became of a command that no node sent.
+  void tell(const std::string& sender, const Command& command, const CommandResult& result);
   /// Simulated time begins anew.
   void startOver();
   bool stepDue() const;
@@ -88,6 +91,7 @@ class PhysicsLoop {
   void finishRequest(bool success, const std::string& message);
 
   Clock& clock_;
+  FrameFollower& follower_;
   Publishers& publishers_;
   CommandQueue queue_;
 

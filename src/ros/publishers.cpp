@@ -10,10 +10,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <vector>
 
 #include "conversions.h"
+#include "effects/contact.h"
 #include "mass_spring_sim/measures.h"
 #include "mass_spring_sim/scene_reader.h"
 #include "shape_markers.h"
@@ -35,6 +37,16 @@ double markersPerWallSecond(const Scene& scene) {
   return scene.publish.markers * (factor == 0.0 ? 2.0 : std::clamp(factor, 1.0, 2.0));
 }
 
+/// A particle may touch several shapes.
+std::uint32_t particlesInContact(const Simulation& simulation) {
+  std::uint32_t count = 0, last = std::numeric_limits<std::uint32_t>::max();
+  for (const Touch& touch : simulation.touches()) {
+    if (touch.particle != last) ++count;
+    last = touch.particle;
+  }
+  return count;
+}
+
 }  // namespace
 
 struct Publishers::Snapshot {
@@ -43,13 +55,17 @@ struct Publishers::Snapshot {
   ros::Time stamp;
   State state;
   std::vector<char> pinned;            ///< per particle
+  std::vector<Eigen::Isometry3d> shapes;  ///< of contact: where their geometries are
   mass_spring_sim::SolverStats stats;  ///< but for what is measured on the state
 };
 
 Publishers::Publishers(ros::NodeHandle& nh, std::shared_ptr<const Simulation> simulation,
-                       const Clock& clock, std::function<void()> on_viewer)
+                       const Clock& clock, const FrameFollower& follower,
+                       std::function<void()> on_viewer)
     : frame_id_(simulation->scene().frame_id),
+      nh_(nh),
       clock_(clock),
+      follower_(follower),
       simulation_(std::move(simulation)),
       thread_(maxStates(simulation_->model().particleCount())) {
   const std::size_t max_states = maxStates(simulation_->model().particleCount());
@@ -57,12 +73,23 @@ Publishers::Publishers(ros::NodeHandle& nh, std::shared_ptr<const Simulation> si
       topics::kMarkers, 1, [on_viewer](const ros::SingleSubscriberPublisher&) { on_viewer(); });
   state_publisher_ = nh.advertise<mass_spring_sim::ParticleStates>(topics::kState, max_states);
   topology_publisher_ = nh.advertise<mass_spring_sim::Topology>(topics::kTopology, 1, true);
+  pins_publisher_ = nh.advertise<mass_spring_sim::PinStates>(topics::kPins, 100);
   stats_publisher_ = nh.advertise<mass_spring_sim::SolverStats>(topics::kStats, 100);
   applied_publisher_ = nh.advertise<mass_spring_sim::AppliedCommand>(topics::kApplied, 10000);
   rejected_publisher_ = nh.advertise<mass_spring_sim::RejectedCommand>(topics::kRejected, 10000);
   paused_publisher_ = nh.advertise<std_msgs::Bool>(topics::kPaused, 10, true);
   scene_publisher_ = nh.advertise<std_msgs::String>(topics::kScene, 1, true);
   publishScene();
+  offerContacts();
+}
+
+void Publishers::offerContacts() {
+  if (simulation_->scene().effects.contact && !contacts_publisher_) {
+    contacts_publisher_ = nh_.advertise<mass_spring_sim::Contacts>(topics::kContacts, 100);
+  } else if (!simulation_->scene().effects.contact && contacts_publisher_) {
+    contacts_publisher_.shutdown();
+    contacts_publisher_ = ros::Publisher();
+  }
 }
 
 void Publishers::started() {
@@ -76,6 +103,7 @@ void Publishers::started() {
 void Publishers::replaced(std::shared_ptr<const Simulation> simulation, bool continued) {
   simulation_ = std::move(simulation);
   publishScene();
+  offerContacts();
   if (!continued) {
     started();
     return;
@@ -89,6 +117,22 @@ void Publishers::stepped(const StepReport& report, const StepMeter::Figures& fig
   const PublishRates& rates = simulation_->scene().publish;
   if (report.broken_springs > 0) publishTopology();
   const bool state = due(rates.state) && state_publisher_.getNumSubscribers() > 0;
+  if (due(rates.pins) && pins_publisher_.getNumSubscribers() > 0) {
+    thread_.post(PublishingThread::kPins, [this, message = pinStates(*simulation_),
+                                           stamp = clock_.stamp()]() mutable {
+      message.header = header(stamp);
+      pins_publisher_.publish(message);
+    });
+  }
+  if (contacts_publisher_ && due(rates.contacts) && contacts_publisher_.getNumSubscribers() > 0) {
+    thread_.post(PublishingThread::kContacts,
+                 [this, publisher = contacts_publisher_,
+                  message = contacts(*simulation_, follower_.stale()),
+                  stamp = clock_.stamp()]() mutable {
+                   message.header = header(stamp);
+                   publisher.publish(message);
+                 });
+  }
   const bool stats = due(rates.stats) && stats_publisher_.getNumSubscribers() > 0;
   const auto now = std::chrono::steady_clock::now();
   const bool markers =
@@ -117,6 +161,7 @@ void Publishers::stepped(const StepReport& report, const StepMeter::Figures& fig
     message.budget_used = report.budget_used;
     message.unconverged_steps = simulation_->totals().unconverged_steps;
     message.rejected_steps = simulation_->totals().rejected_steps;
+    message.contacts = particlesInContact(*simulation_);
     message.active_forces = simulation_->activeForces();
     message.pins = static_cast<std::uint32_t>(simulation_->pins().all().size());
     message.rejected_commands = rejected_commands_;
@@ -174,6 +219,10 @@ std::shared_ptr<Publishers::Snapshot> Publishers::snapshot() const {
   snapshot->stamp = clock_.stamp();
   snapshot->state = simulation_->state();
   snapshot->pinned = simulation_->pins().mask();
+  if (const Contact* contact = simulation_->model().contact) {
+    setTime(simulation_->model(), simulation_->state().time);
+    for (const Shape& shape : contact->shapes()) snapshot->shapes.push_back(shape.geometryPose());
+  }
   return snapshot;
 }
 
@@ -234,11 +283,11 @@ void Publishers::publishMarkers(const Snapshot& snapshot) {
   }
   if (drawn_model_.lock() != snapshot.model) {
     drawn_model_ = snapshot.model;
-    markers_.emplace(*snapshot.model, frame_id_, markersPerWallSecond(simulation.scene()),
-                     shapeMarkers(simulation.scene()));
+    markers_.emplace(*snapshot.model, frame_id_, markersPerWallSecond(simulation.scene()));
   }
   markers_publisher_.publish(
-      markers_->draw(snapshot.state.positions, snapshot.pinned, snapshot.stamp, start_over));
+      markers_->draw(snapshot.state.positions, snapshot.pinned, snapshot.stamp, start_over,
+                     shapeMarkers(simulation.scene(), snapshot.shapes, snapshot.stamp)));
 }
 
 }  // namespace mass_spring

@@ -12,6 +12,7 @@
 #include <string>
 
 #include "clock.h"
+#include "frame_follower.h"
 #include "markers.h"
 #include "mass_spring_sim/simulation.h"
 #include "publishing_thread.h"
@@ -25,9 +26,10 @@ namespace mass_spring {
 class Publishers {
  public:
   /// @param nh         private node handle
+  /// @param follower   whose shapes may be stale
   /// @param on_viewer  called, on another thread, when somebody subscribes to the markers
   Publishers(ros::NodeHandle& nh, std::shared_ptr<const Simulation> simulation, const Clock& clock,
-             std::function<void()> on_viewer);
+             const FrameFollower& follower, std::function<void()> on_viewer);
 
   // For the thread that steps, between steps.
 
@@ -54,6 +56,8 @@ class Publishers {
   /// Of the simulation as it stands.
   std::shared_ptr<Snapshot> snapshot() const;
   bool due(double rate) const;
+  /// There is ~contacts only where a scene has contact.
+  void offerContacts();
   void publishScene();
   void publishTopology();
   std_msgs::Header header(const ros::Time& stamp) const;
@@ -62,9 +66,12 @@ class Publishers {
   void publishMarkers(const Snapshot& snapshot);
 
   const std::string frame_id_;
+  ros::NodeHandle nh_;
   const Clock& clock_;
-  ros::Publisher markers_publisher_, state_publisher_, topology_publisher_, stats_publisher_,
-      applied_publisher_, rejected_publisher_, paused_publisher_, scene_publisher_;
+  const FrameFollower& follower_;
+  ros::Publisher markers_publisher_, state_publisher_, topology_publisher_, pins_publisher_,
+      contacts_publisher_, stats_publisher_, applied_publisher_, rejected_publisher_,
+      paused_publisher_, scene_publisher_;
   std::atomic<bool> start_over_{false};  ///< the next markers begin with a DELETEALL
   std::atomic<std::uint64_t> rejected_commands_{0};
   Throttle rejected_throttle_;

@@ -1,7 +1,5 @@
 #include "shape_markers.h"
 
-#include "effects/shape.h"
-
 namespace mass_spring {
 namespace {
 
@@ -57,15 +55,17 @@ struct Draw {
 
 }  // namespace
 
-std::vector<Marker> shapeMarkers(const Scene& scene) {
+std::vector<Marker> shapeMarkers(const Scene& scene, const std::vector<Eigen::Isometry3d>& poses,
+                                 const ros::Time& stamp) {
   std::vector<Marker> markers;
   if (!scene.effects.contact) return markers;
-  for (const ContactShape& options : scene.effects.contact->shapes) {
-    const Shape shape(options);
+  for (std::size_t s = 0; s < poses.size(); ++s) {
+    const ContactShape& shape = scene.effects.contact->shapes[s];
     int id = 0;
-    for (Marker& marker : std::visit(Draw{shape.pose()}, options.geometry)) {
+    for (Marker& marker : std::visit(Draw{poses[s]}, shape.geometry)) {
       marker.header.frame_id = scene.frame_id;
-      marker.ns = "contact/" + options.name;
+      marker.header.stamp = stamp;
+      marker.ns = "contact/" + shape.name;
       marker.id = id++;
       markers.push_back(std::move(marker));
     }

@@ -6,6 +6,8 @@ namespace mass_spring::topics {
 constexpr char kMarkers[] = "markers";
 constexpr char kState[] = "state";
 constexpr char kTopology[] = "topology";
+constexpr char kPins[] = "pins";
+constexpr char kContacts[] = "contacts";
 constexpr char kStats[] = "stats";
 constexpr char kApplied[] = "applied";
 constexpr char kRejected[] = "rejected";
@@ -18,6 +20,7 @@ constexpr char kClock[] = "/clock";
 // Subscribed.
 constexpr char kForce[] = "force";
 constexpr char kPin[] = "pin";
+constexpr char kShape[] = "shape";
 
 // Services.
 constexpr char kSetPaused[] = "set_paused";

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "scene/references.h"
+
 namespace mass_spring {
 namespace {
 
@@ -51,6 +53,7 @@ void readShapes(const Place& place, std::vector<ContactShape>& shapes) {
     std::size_t type = 0;
     if (!keys.required("type").read(type, kTypes)) continue;
     readGeometry(type, keys, shape);
+    readFrame(keys.optional("follow_frame"), shape.follow_frame);
     keys.refuseUnknown();
     shapes.push_back(std::move(shape));
   }

@@ -1,5 +1,7 @@
 #include "scene/references.h"
 
+#include <algorithm>
+
 #include <iterator>
 #include <unordered_set>
 
@@ -20,6 +22,14 @@ bool readObjectName(const Place& place, const ParticleCounts& counts, std::strin
   if (!place.read(index, names)) return false;
   name = names[index];
   return true;
+}
+
+void readFrame(const Place& place, std::string& frame_id) {
+  const std::string expected = "the name of a frame, without leading slash or blanks";
+  if (!place.read(frame_id, expected)) return;
+  const bool blank = std::any_of(frame_id.begin(), frame_id.end(),
+                                 [](unsigned char c) { return c <= ' ' || c == 0x7f; });
+  if (frame_id.empty() || frame_id[0] == '/' || blank) place.refuse(expected);
 }
 
 bool readParticles(const Place& place, std::optional<std::uint32_t> count,

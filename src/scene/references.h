@@ -20,6 +20,9 @@ using ParticleCounts = std::map<std::string, std::optional<std::uint32_t>>;
 /// object, whose name it then reads.
 bool readObjectName(const Place& place, const ParticleCounts& counts, std::string& name);
 
+/// The name of a tf frame.
+void readFrame(const Place& place, std::string& frame_id);
+
 /// Particle indices of one object, none twice; their range is checked if the count is known.
 bool readParticles(const Place& place, std::optional<std::uint32_t> count,
                    std::vector<std::uint32_t>& particles);

@@ -13,14 +13,6 @@
 namespace mass_spring {
 namespace {
 
-void readFrame(const Place& place, std::string& frame_id) {
-  const std::string expected = "the name of a frame, without leading slash or blanks";
-  if (!place.read(frame_id, expected)) return;
-  const bool blank = std::any_of(frame_id.begin(), frame_id.end(),
-                                 [](unsigned char c) { return c <= ' ' || c == 0x7f; });
-  if (frame_id.empty() || frame_id[0] == '/' || blank) place.refuse(expected);
-}
-
 void readSolver(const Place& place, const std::string& directory, SolverOptions& solver) {
   static const NumberRule kTolerance{"", 0.0, 1.0, true};
   MapReader keys(place, "a map of solver options");
@@ -58,6 +50,8 @@ void readPublish(const Place& place, PublishRates& rates) {
   MapReader keys(place, "a map of rates");
   keys.optional("markers").read(rates.markers, kRate);
   keys.optional("state").read(rates.state, kRate);
+  keys.optional("pins").read(rates.pins, kRate);
+  keys.optional("contacts").read(rates.contacts, kRate);
   keys.optional("stats").read(rates.stats, kRate);
   keys.refuseUnknown();
 }

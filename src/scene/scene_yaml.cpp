@@ -267,6 +267,7 @@ void writeContact(Writer& yaml, const ContactOptions& contact) {
   for (const ContactShape& shape : contact.shapes) {
     yaml.begin(shape.name);
     std::visit([&](const auto& geometry) { writeGeometry(yaml, geometry); }, shape.geometry);
+    if (!shape.follow_frame.empty()) yaml.add("follow_frame", shape.follow_frame);
     yaml.end();
   }
   yaml.end();
@@ -327,6 +328,8 @@ std::string toYaml(const Scene& scene) {
   yaml.begin("publish");
   yaml.add("markers", scene.publish.markers);
   yaml.add("state", scene.publish.state);
+  yaml.add("pins", scene.publish.pins);
+  yaml.add("contacts", scene.publish.contacts);
   yaml.add("stats", scene.publish.stats);
   yaml.end();
   yaml.begin("limits");

@@ -54,7 +54,7 @@ class BagTest(NodeTest):
         self.addCleanup(recorder.kill)
         wait_until(lambda: all(feeds(node.name, topic, '/recorder') for topic in topics[:4]),
                    'the recorder listens to the node')
-        wait_until(lambda: node.command_listeners() == [2, 2],
+        wait_until(lambda: node.command_listeners() == [2, 2, 1],
                    'the recorder listens to the commands')
 
         commands = [

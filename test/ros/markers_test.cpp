@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "effects/contact.h"
 #include "mass_spring_sim/scene_reader.h"
 #include "ros/shape_markers.h"
 
@@ -40,7 +41,7 @@ const Marker* find(const MarkerArray& array, const std::string& ns) {
 
 MarkerArray drawStart(const Model& model, double rate, std::vector<std::uint32_t> pins,
                       bool start_over = false) {
-  Markers markers(model, "stage", rate, {});
+  Markers markers(model, "stage", rate);
   std::vector<char> pinned(model.particleCount(), 0);
   for (const std::uint32_t particle : pins) pinned[particle] = 1;
   return markers.draw(model.start.positions, pinned, ros::Time(3, 4), start_over);
@@ -93,7 +94,7 @@ TEST(Markers, DeleteWhatIsNotThere) {
 
 TEST(Markers, StartOverOnceAndDrawTheSameAfterwards) {
   const Model model = modelOf(cloth(3));
-  Markers markers(model, "stage", 30.0, {});
+  Markers markers(model, "stage", 30.0);
   const std::vector<char> pinned(9, 0);
   const auto draw = [&](bool start_over) {
     return markers.draw(model.start.positions, pinned, ros::Time(1, 0), start_over);
@@ -118,7 +119,7 @@ TEST(Markers, StartOverOnceAndDrawTheSameAfterwards) {
 
 TEST(Markers, ColourSpringsByStrain) {
   const Model model = modelOf(kRope);
-  Markers markers(model, "stage", 30.0, {});
+  Markers markers(model, "stage", 30.0);
   Vectors positions = model.start.positions;
   positions(0, 1) += 0.1;  // stretches the first spring, compresses the second
   const MarkerArray array =
@@ -146,7 +147,7 @@ TEST(Markers, StayBelow60MegabytesPerSecond) {
   const MarkerArray usual = drawStart(model, 30.0, {0, 99});
   ASSERT_NE(find(usual, "sheet/surface"), nullptr);
   EXPECT_EQ(find(usual, "sheet/surface")->colors.size(), 2u * 99u * 99u);
-  EXPECT_EQ(Markers(model, "stage", 1.0, {}).detail(), Detail::kFull);
+  EXPECT_EQ(Markers(model, "stage", 1.0).detail(), Detail::kFull);
 }
 
 TEST(Markers, DrawPointsWithoutExtentOrSprings) {
@@ -176,10 +177,13 @@ effects:
                                              "test"),
                                 "");
   const Model model = buildModel(scene);
-  Markers markers(model, "stage", 30.0, shapeMarkers(scene));
+  Markers markers(model, "stage", 30.0);
   for (int frame = 0; frame < 2; ++frame) {
-    const MarkerArray& array =
-        markers.draw(model.start.positions, std::vector<char>(1, 0), ros::Time(frame, 5), false);
+    std::vector<Eigen::Isometry3d> poses;
+    for (const Shape& shape : model.contact->shapes()) poses.push_back(shape.geometryPose());
+    const ros::Time stamp(frame, 5);
+    const MarkerArray& array = markers.draw(model.start.positions, std::vector<char>(1, 0), stamp,
+                                            false, shapeMarkers(scene, poses, stamp));
     const Marker* bar = find(array, "contact/bar");
     ASSERT_NE(bar, nullptr);
     EXPECT_EQ(bar->type, Marker::CYLINDER);

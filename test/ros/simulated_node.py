@@ -20,7 +20,7 @@ from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
 
 from mass_spring_sim.msg import (AppliedCommand, ForceCommand, ParticleStates, PinCommand,
-                                 RejectedCommand)
+                                 RejectedCommand, ShapeCommand)
 from mass_spring_sim.srv import Step
 
 # s of wall time that a condition may take to come true; only failing tests take as long.
@@ -135,7 +135,7 @@ class SimulatedNode:
         return name if name.startswith('/') else '%s/%s' % (self.name, name)
 
     def wait_ready(self):
-        """Waits for the services and connects ~force, ~pin, ~applied, ~rejected and ~state."""
+        """Waits for the services and connects ~force, ~pin, ~shape, ~applied, ~rejected and ~state."""
         def ready():
             if self.process.poll() is not None:
                 raise AssertionError('the node ended:\n' + self.output())
@@ -147,8 +147,9 @@ class SimulatedNode:
         self.rejected = self.record('rejected', RejectedCommand)
         self._publishers = {
             kind._type: rospy.Publisher(self.topic(name), kind, queue_size=100)
-            for name, kind in (('force', ForceCommand), ('pin', PinCommand))}
-        wait_until(lambda: self.command_listeners() == [1, 1], 'the node takes commands')
+            for name, kind in (('force', ForceCommand), ('pin', PinCommand),
+                               ('shape', ShapeCommand))}
+        wait_until(lambda: self.command_listeners() == [1, 1, 1], 'the node takes commands')
         return self
 
     def record(self, name, message_type):
@@ -160,7 +161,7 @@ class SimulatedNode:
         return recorder
 
     def command_listeners(self):
-        """How many nodes listen to this test's commands: on ~force, on ~pin."""
+        """How many nodes listen to this test's commands: on ~force, ~pin and ~shape."""
         return [publisher.get_num_connections() for publisher in self._publishers.values()]
 
     def answers(self):
