@@ -111,7 +111,9 @@ std::uint32_t usefulThreads(int asked_for, const Model& model) {
 
 void addEffects(const Scene& scene, Model& model) {
   if (any(model.springs, &Spring::stiffness) || any(model.springs, &Spring::damping)) {
-    model.effects.push_back(std::make_unique<Springs>(model.springs, model.particleCount()));
+    auto springs = std::make_unique<Springs>(model.springs, model.particleCount());
+    if (scene.effects.plasticity) springs->keepApart(model.springs);
+    model.effects.push_back(std::move(springs));
   }
   if (scene.effects.gravity) {
     model.effects.push_back(

@@ -47,6 +47,7 @@ Simulation::Simulation(Scene scene)
       state_(whole_->start),
       pins_(whole_->particleCount()),
       loads_(std::make_unique<Loads>(whole_->particleCount())) {
+  if (scene_.effects.plasticity) rest_lengths_.reserve(whole_->springs.size());
   take(whole_);
   restorePins();
 }

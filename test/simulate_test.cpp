@@ -184,6 +184,20 @@ TEST_F(Simulate, ReportsTheRun) {
   EXPECT_EQ(report.size(), 24u);
 }
 
+TEST_F(Simulate, ReportsHowManySpringsBroke) {
+  ASSERT_EQ(runScene({"--duration", "0.5", "--report", path("report.json")}).status, 0);
+  EXPECT_FALSE(readReport().contains("broken_springs"));
+  // It starts at rest, and is stretched by m g / k = 0.02 m and more.
+  ASSERT_EQ(runScene({"--duration", "0.5", "--report", path("report.json"), "--set",
+                      "effects.tearing.max_strain=0.01"})
+                .status,
+            0);
+  const nlohmann::json report = readReport();
+  EXPECT_EQ(report["broken_springs"], 1);
+  EXPECT_EQ(report["springs"], 0);
+  EXPECT_EQ(report["effects"], (std::vector<std::string>{"gravity", "tearing"}));
+}
+
 TEST_F(Simulate, CountsTheWorkOfImplicitSteps) {
   ASSERT_EQ(
       runScene({"--scheme", "implicit_euler", "--duration", "0.5", "--report", path("report.json")})

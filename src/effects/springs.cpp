@@ -62,9 +62,13 @@ std::vector<std::string> Springs::names() const {
 void Springs::setRestLengths(const std::vector<Spring>& springs,
                              const std::vector<double>& rest_lengths) {
   if (rest_lengths.empty() && !batches_.apart()) return;
-  // The same lanes: which of them join what does not depend on values.
-  if (!batches_.apart()) batches_ = SpringBatches(springs, true);
+  if (!batches_.apart()) keepApart(springs);
   batches_.setRestLengths(springs, rest_lengths);
+}
+
+void Springs::keepApart(const std::vector<Spring>& springs) {
+  // The same lanes: which of them join what does not depend on values.
+  batches_ = SpringBatches(springs, true);
 }
 
 template <typename Visit, typename Finish>

@@ -32,7 +32,9 @@ class Springs : public Effect {
 
   std::vector<std::string> names() const override;
   const SpringBatches& batches() const { return batches_; }
-  /// @param springs       that the effect was made of
+  /// Makes room for rest lengths that change.
+  /// @param springs  that the effect was made of
+  void keepApart(const std::vector<Spring>& springs);
   /// @param rest_lengths  m, from now on; empty = those of the springs
   void setRestLengths(const std::vector<Spring>& springs, const std::vector<double>& rest_lengths);
 

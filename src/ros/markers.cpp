@@ -107,41 +107,54 @@ double spacing(const Model& model, const ModelObject& object) {
 }  // namespace
 
 Markers::Markers(const Model& model, std::string frame_id, double rate)
-    : model_(model), frame_id_(std::move(frame_id)), detail_(chooseDetail(model, rate)) {
+    : model_(&model), frame_id_(std::move(frame_id)), detail_(chooseDetail(model, rate)) {
   for (const ModelObject& object : model.objects) looks_.push_back(look(object));
 }
 
 Markers::Look Markers::look(const ModelObject& object) const {
   Look look;
-  look.spacing = spacing(model_, object);
-  look.particles = look.surface = false;
+  look.spacing = spacing(*model_, object);
+  look.particles = look.net = look.surface = false;
   if (object.color.w() == 0.0) return look;  // invisible: RViz would take it for a mistake
   look.particles = hasNet(object, detail_) || detail_ == Detail::kPoints;
+  look.net = hasNet(object, detail_) && detail_ != Detail::kPoints;
   look.surface = object.triangle_count > 0 && detail_ != Detail::kPoints;
-  if (hasNet(object, detail_) && detail_ != Detail::kPoints) {
+  chooseSprings(object, look);
+  look.net = !look.springs.empty();
+  return look;
+}
+
+void Markers::chooseSprings(const ModelObject& object, Look& look) const {
+  look.springs.clear();
+  look.edge_lengths.clear();
+  if (look.net) {
     for (std::uint32_t s = object.first_spring; s < object.first_spring + object.spring_count;
          ++s) {
-      if (drawn(model_.springs[s], detail_)) look.springs.push_back(s);
+      if (drawn(model_->springs[s], detail_)) look.springs.push_back(s);
     }
   }
   if (look.surface && detail_ == Detail::kSurface) {
     for (std::uint32_t t = 0; t < object.triangle_count; ++t) {
-      const auto& triangle = model_.triangles[object.first_triangle + t];
+      const auto& triangle = model_->triangles[object.first_triangle + t];
       for (int k = 0; k < 3; ++k) {
-        look.edge_lengths.push_back((model_.start.positions.col(triangle[(k + 1) % 3]) -
-                                     model_.start.positions.col(triangle[k]))
+        look.edge_lengths.push_back((model_->start.positions.col(triangle[(k + 1) % 3]) -
+                                     model_->start.positions.col(triangle[k]))
                                         .norm());
       }
     }
   }
-  return look;
+}
+
+void Markers::follow(const Model& model) {
+  model_ = &model;
+  for (std::size_t o = 0; o < looks_.size(); ++o) chooseSprings(model.objects[o], looks_[o]);
 }
 
 const visualization_msgs::MarkerArray& Markers::draw(const Vectors& positions,
                                                      const std::vector<char>& pinned,
                                                      const ros::Time& stamp, bool start_over,
                                                      std::vector<Marker> shapes) {
-  array_.markers.resize(4 * model_.objects.size() + 1);
+  array_.markers.resize(4 * model_->objects.size() + 1);
   used_ = 0;
   if (start_over) {
     Marker& marker = array_.markers[used_++];
@@ -152,10 +165,10 @@ const visualization_msgs::MarkerArray& Markers::draw(const Vectors& positions,
     marker.pose.orientation.w = 1.0;
   }
   for (std::size_t o = 0; o < looks_.size(); ++o) {
-    const ModelObject& object = model_.objects[o];
+    const ModelObject& object = model_->objects[o];
     const Look& look = looks_[o];
     if (look.particles) drawParticles(object, look, positions, stamp);
-    if (!look.springs.empty()) drawSprings(object, look, positions, stamp);
+    if (look.net) drawSprings(object, look, positions, stamp);
     if (look.surface) drawSurface(object, look, positions, stamp);
     drawPins(object, look, positions, pinned, stamp);
   }
@@ -200,11 +213,12 @@ void Markers::drawSprings(const ModelObject& object, const Look& look, const Vec
   marker.colors.reserve(2 * look.springs.size());
   const Eigen::Vector4d grey(0.6, 0.6, 0.6, object.color.w());
   for (const std::uint32_t s : look.springs) {
-    const Spring& spring = model_.springs[s];
+    const Spring& spring = model_->springs[s];
     marker.points.push_back(point(positions, spring.i));
     marker.points.push_back(point(positions, spring.j));
     marker.colors.insert(marker.colors.end(), 2, strainColor(strain(spring, positions), grey));
   }
+  if (marker.points.empty()) marker.action = Marker::DELETE;
 }
 
 void Markers::drawSurface(const ModelObject& object, const Look& look, const Vectors& positions,
@@ -213,7 +227,7 @@ void Markers::drawSurface(const ModelObject& object, const Look& look, const Vec
   marker.scale.x = marker.scale.y = marker.scale.z = 1.0;
   marker.points.reserve(3 * object.triangle_count);
   for (std::uint32_t t = 0; t < object.triangle_count; ++t) {
-    const auto& triangle = model_.triangles[object.first_triangle + t];
+    const auto& triangle = model_->triangles[object.first_triangle + t];
     for (const std::uint32_t particle : triangle)
       marker.points.push_back(point(positions, particle));
     if (look.edge_lengths.empty()) continue;
@@ -229,6 +243,7 @@ void Markers::drawSurface(const ModelObject& object, const Look& look, const Vec
     // RViz takes one colour per triangle, a third of what one per corner would cost.
     marker.colors.push_back(strainColor(largest, object.color));
   }
+  if (marker.points.empty()) marker.action = Marker::DELETE;
 }
 
 void Markers::drawPins(const ModelObject& object, const Look& look, const Vectors& positions,

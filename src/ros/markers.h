@@ -28,6 +28,9 @@ class Markers {
   Markers(const Model& model, std::string frame_id, double rate);
 
   Detail detail() const { return detail_; }
+  /// Springs and triangles are from now on those of another model of the same objects, torn or
+  /// whole again; the look of all else stays, and what there is nothing left of is deleted.
+  void follow(const Model& model);
 
   /// @param pinned      per particle
   /// @param start_over  begin with a DELETEALL
@@ -43,10 +46,11 @@ class Markers {
     double spacing;                      ///< m between neighbours, > 0
     std::vector<std::uint32_t> springs;  ///< those drawn
     std::vector<double> edge_lengths;    ///< m at the start, 3 per triangle, if faces show strain
-    bool particles, surface;
+    bool particles, net, surface;        ///< net: springs are drawn, or were
   };
 
   Look look(const ModelObject& object) const;
+  void chooseSprings(const ModelObject& object, Look& look) const;
   visualization_msgs::Marker& next(const std::string& ns, int type, const ModelObject& object,
                                    const ros::Time& stamp);
   void drawParticles(const ModelObject& object, const Look& look, const Vectors& positions,
@@ -58,7 +62,7 @@ class Markers {
   void drawPins(const ModelObject& object, const Look& look, const Vectors& positions,
                 const std::vector<char>& pinned, const ros::Time& stamp);
 
-  const Model& model_;
+  const Model* model_;
   std::string frame_id_;
   Detail detail_;
   std::vector<Look> looks_;  ///< per object

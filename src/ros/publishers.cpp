@@ -243,12 +243,12 @@ void Publishers::publishScene() {
 }
 
 void Publishers::publishTopology() {
-  thread_.post(PublishingThread::kEvents, [this, model = simulation_->sharedModel(),
-                                           stamp = clock_.stamp()] {
-    mass_spring_sim::Topology message = toMessage(*model);
-    message.header = header(stamp);
-    topology_publisher_.publish(message);
-  });
+  thread_.post(PublishingThread::kEvents,
+               [this, model = simulation_->sharedModel(), stamp = clock_.stamp()] {
+                 mass_spring_sim::Topology message = toMessage(*model);
+                 message.header = header(stamp);
+                 topology_publisher_.publish(message);
+               });
 }
 
 std_msgs::Header Publishers::header(const ros::Time& stamp) const {
@@ -277,14 +277,15 @@ void Publishers::publishStats(const Snapshot& snapshot) {
 void Publishers::publishMarkers(const Snapshot& snapshot) {
   const Simulation& simulation = *snapshot.simulation;
   bool start_over = start_over_.exchange(false);
-  if (drawn_.lock() != snapshot.simulation) {
+  // A last drawing of another scene may have taken it.
+  start_over = start_over || drawn_.lock() != snapshot.simulation;
+  if (start_over) {
     drawn_ = snapshot.simulation;
-    start_over = true;  // a last drawing of another scene may have taken it
-  }
-  if (drawn_model_.lock() != snapshot.model) {
-    drawn_model_ = snapshot.model;
     markers_.emplace(*snapshot.model, frame_id_, markersPerWallSecond(simulation.scene()));
+  } else if (drawn_model_.lock() != snapshot.model) {
+    markers_->follow(*snapshot.model);
   }
+  drawn_model_ = snapshot.model;
   markers_publisher_.publish(
       markers_->draw(snapshot.state.positions, snapshot.pinned, snapshot.stamp, start_over,
                      shapeMarkers(simulation.scene(), snapshot.shapes, snapshot.stamp)));
