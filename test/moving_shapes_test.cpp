@@ -12,7 +12,7 @@ namespace mass_spring {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kMass = 0.1, kStiffness = 1000.0, kThickness = 0.01;
+constexpr double kMass = 0.1, kPush = 1000.0, kThickness = 0.01;
 
 Pose poseAt(const Eigen::Vector3d& position, double angle, const Eigen::Vector3d& axis) {
   return {position, Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis.normalized()))};
@@ -60,13 +60,13 @@ TEST(Shape, VelocityIsThatOfThePlacesOnTheBody) {
 /// A particle on a block whose top is at z = 0, as deep as its weight presses it.
 Scene blockScene(Scheme scheme, double rate, double friction) {
   Particles one;
-  one.positions = {Eigen::Vector3d(0.2, 0.0, kThickness - kMass * kGravity / kStiffness)};
+  one.positions = {Eigen::Vector3d(0.2, 0.0, kThickness - kMass * kGravity / kPush)};
   one.velocities = {Eigen::Vector3d::Zero()};
   one.masses = {kMass};
   Scene scene = netScene(one, scheme, rate);
   scene.effects.gravity = GravityOptions{Eigen::Vector3d(0.0, 0.0, -kGravity)};
   ContactOptions& contact = scene.effects.contact.emplace();
-  contact.stiffness = kStiffness;
+  contact.stiffness = kPush;
   contact.thickness = kThickness;
   contact.friction = friction;
   contact.shapes = {{"block", Box{{0, 0, -0.5}, {20.0, 20.0, 1.0}}}};
@@ -98,7 +98,7 @@ TEST_P(MovingShapes, BeltTakesAParticleAlong) {
   const double missed = kSpeed * kSpeed / (2.0 * kFriction * kGravity);
   // Half a step at full speed, as first-order schemes misjudge it, and the creep of 1 mm/s.
   EXPECT_NEAR(simulation.state().positions(0, 0), 0.2 + 2.0 - missed, 1.0 / kRate + 2e-3);
-  EXPECT_NEAR(simulation.state().positions(2, 0), kThickness - kMass * kGravity / kStiffness, 1e-6);
+  EXPECT_NEAR(simulation.state().positions(2, 0), kThickness - kMass * kGravity / kPush, 1e-6);
 }
 
 // On a turntable with enough friction, a particle goes round with it.
@@ -135,7 +135,7 @@ TEST_P(MovingShapes, LiftCarriesTheWeight) {
 TEST_P(MovingShapes, ShapeThatJumpsIntoAParticlePushesItOut) {
   Simulation simulation(blockScene(GetParam(), 100.0, 0.3));
   ASSERT_TRUE(simulation.apply(move({0.0, 0.0, 0.05}, 0.0, 0.0)).accepted());
-  const double pressed = 0.5 * kStiffness * 0.06 * 0.06;
+  const double pressed = 0.5 * kPush * 0.06 * 0.06;
   for (int step = 0; step < 300; ++step) {
     ASSERT_NE(simulation.step().status, StepStatus::kFailed);
     const Energy now = energy(simulation.model(), simulation.state());

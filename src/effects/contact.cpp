@@ -21,7 +21,8 @@ Contact::Contact(const ContactOptions& options, const Eigen::VectorXd& masses)
     : options_(options),
       friction_(options.friction.value_or(0.0)),
       masses_(masses),
-      expected_(3, masses.size()) {
+      known_(static_cast<std::size_t>(masses.size()) * options.shapes.size()),
+      ends_(3, masses.size()) {
   for (const ContactShape& shape : options.shapes) shapes_.emplace_back(shape);
 }
 
@@ -177,51 +178,69 @@ std::uint32_t Contact::addDerivatives(const Vectors& positions, const Vectors& v
 
 std::uint32_t Contact::linearise(const Vectors& positions, const Vectors& velocities, double w,
                                  StepMatrix& matrix, Vectors& forces) const {
-  // About the deeper one of where a particle is and where it is to be expected: what lies ahead is
-  // kept out by this step already, and what is pushed out does not fall back in.
-  expected_ = positions + w * velocities;
-  for (Eigen::Index i = 0; i < expected_.cols(); ++i) {
-    if (depth(positions.col(i)) > depth(expected_.col(i))) expected_.col(i) = positions.col(i);
-  }
   const double k = options_.stiffness;
   std::uint32_t projected = 0;
-  forEachContact(
-      expected_, [&](std::uint32_t i, std::uint32_t s, const Surface& surface, double depth) {
-        // k (depth - n . (x + w u - x*)) with the new velocities u.
-        const Eigen::Vector3d& n = surface.normal;
-        const double ahead = n.dot(expected_.col(i) - positions.col(i));
-        forces.col(i) += k * (depth + ahead) * n;
-        SymmetricBlock& block = matrix.diagonal()[i];
-        block += SymmetricBlock::axial(n, w * w * k, 0.0);
-        if (!surface.curvature.isZero(0.0)) ++projected;
-        if (friction_ == 0.0) return;
-        // What presses now, or what is left of what lies ahead once the step has kept it out.
-        const double now = options_.thickness - shapes_[s].distance(positions.col(i));
-        const double mass = masses_[i];
-        const double limit = friction_ * k * std::max(now, depth * mass / (mass + w * w * k));
-        // Damping brakes to the velocity of the shape, not to rest.
-        const Eigen::Vector3d shape = across(n, shapes_[s].velocityAt(expected_.col(i)));
-        const Eigen::Vector3d sliding = across(n, velocities.col(i)) - shape;
-        const double speed = sliding.norm();
-        const double secant = limit * slip(speed).secant;
-        SymmetricBlock braked = SymmetricBlock::axial(n, 0.0, w * secant);
-        forces.col(i) += secant * shape;
-        if (speed > options_.slip_velocity + w * limit / mass) {
-          const Eigen::Vector3d along = sliding / speed;
-          forces.col(i) -= secant * (sliding + along.dot(shape) * along);
-          braked -= SymmetricBlock::axial(along, w * secant, 0.0);
-        }
-        block += braked;
-      });
+  known_.assign(known_.size(), 0);
+  for (std::uint32_t i = 0; i < masses_.size(); ++i) {
+    for (std::uint32_t s = 0; s < shapes_.size(); ++s) {
+      // About the deepest one of where a particle is, where it is to be expected, and where it has
+      // just been seen to go: what lies ahead is kept out by this step already, and what is pushed
+      // out does not fall back in.
+      const Eigen::Vector3d x = positions.col(i);
+      const double now = shapes_[s].distance(x);
+      Eigen::Vector3d place = x, ahead = x + w * velocities.col(i);
+      double nearest = now;
+      const auto consider = [&](const Eigen::Vector3d& other) {
+        const double distance = shapes_[s].distance(other);
+        if (!(distance < nearest)) return;
+        nearest = distance;
+        place = other;
+      };
+      consider(ahead);
+      if (missed_) consider(ends_.col(i));
+      if (!(nearest < options_.thickness)) continue;
+      known_[i * shapes_.size() + s] = 1;
+      const Surface surface = shapes_[s].at(place);
+      const double depth = options_.thickness - surface.distance;
+      // k (depth - n . (x + w u - place)) with the new velocities u.
+      const Eigen::Vector3d& n = surface.normal;
+      forces.col(i) += k * (depth + n.dot(place - x)) * n;
+      SymmetricBlock& block = matrix.diagonal()[i];
+      block += SymmetricBlock::axial(n, w * w * k, 0.0);
+      if (!surface.curvature.isZero(0.0)) ++projected;
+      if (friction_ == 0.0) continue;
+      // What presses now, or what is left of what lies ahead once the step has kept it out.
+      const double mass = masses_[i];
+      const double left = depth * mass / (mass + w * w * k);
+      const double limit = friction_ * k * std::max(options_.thickness - now, left);
+      // Damping brakes to the velocity of the shape, not to rest.
+      const Eigen::Vector3d shape = across(n, shapes_[s].velocityAt(place));
+      const Eigen::Vector3d sliding = across(n, velocities.col(i)) - shape;
+      const double speed = sliding.norm();
+      const double secant = limit * slip(speed).secant;
+      SymmetricBlock braked = SymmetricBlock::axial(n, 0.0, w * secant);
+      forces.col(i) += secant * shape;
+      if (speed > options_.slip_velocity + w * limit / mass) {
+        const Eigen::Vector3d along = sliding / speed;
+        forces.col(i) -= secant * (sliding + along.dot(shape) * along);
+        braked -= SymmetricBlock::axial(along, w * secant, 0.0);
+      }
+      block += braked;
+    }
+  }
+  missed_ = false;
   return projected;
 }
 
-double Contact::depth(const Eigen::Vector3d& point) const {
-  double deepest = 0.0;
-  for (const Shape& shape : shapes_) {
-    deepest = std::max(deepest, options_.thickness - shape.distance(point));
+bool Contact::foresaw(const Vectors& ends) const {
+  for (std::uint32_t i = 0; i < masses_.size() && !missed_; ++i) {
+    for (std::uint32_t s = 0; s < shapes_.size() && !missed_; ++s) {
+      missed_ = !known_[i * shapes_.size() + s] &&
+                options_.thickness - shapes_[s].distance(ends.col(i)) > length();
+    }
   }
-  return deepest;
+  if (missed_) ends_ = ends;
+  return !missed_;
 }
 
 void Contact::addBounds(Eigen::VectorXd& stiffness, Eigen::VectorXd& damping) const {

@@ -54,6 +54,8 @@ class Contact : public Effect {
   /// size and D acts only across the sliding; of the rest, all friction is damping, by the secant.
   std::uint32_t linearise(const Vectors& positions, const Vectors& velocities, double w,
                           StepMatrix& matrix, Vectors& forces) const override;
+  /// A particle that ends in a shape itself, beyond its thickness, should have been kept out.
+  bool foresaw(const Vectors& ends) const override;
   void addBounds(Eigen::VectorXd& stiffness, Eigen::VectorXd& damping) const override;
   double length() const override;
 
@@ -66,8 +68,6 @@ class Contact : public Effect {
   /// N, on a particle at x [m] of velocity v [m/s] that is so deep in a shape [m].
   Eigen::Vector3d force(const Shape& shape, const Surface& surface, double depth,
                         const Eigen::Vector3d& x, const Eigen::Vector3d& v) const;
-  /// m, the largest in all shapes; 0 = in none.
-  double depth(const Eigen::Vector3d& point) const;
   /// visit(particle, shape number, surface, depth) of all contacts.
   template <typename Visit>
   void forEachContact(const Vectors& positions, Visit visit) const;
@@ -76,7 +76,11 @@ class Contact : public Effect {
   double friction_;
   std::vector<Shape> shapes_;
   Eigen::VectorXd masses_;
-  mutable Vectors expected_;
+  // Of the last linearised step: which particles and shapes it knew of (particle by particle), and
+  // where it ended if that was in a shape it did not know of.
+  mutable std::vector<char> known_;
+  mutable Vectors ends_;
+  mutable bool missed_ = false;
 };
 
 }  // namespace mass_spring

@@ -96,6 +96,9 @@ class Effect {
   /// - D u - w K u.
   virtual std::uint32_t linearise(const Vectors& positions, const Vectors& velocities, double w,
                                   StepMatrix& matrix, Vectors& forces) const = 0;
+  /// Did the linearisation of a step see coming what is at its end? If not, the next linearise(),
+  /// of the same step, looks there, too.
+  virtual bool foresaw(const Vectors& /*ends*/) const { return true; }
 };
 
 /// Sum over the model's effects, and the external loads if there are any [N].

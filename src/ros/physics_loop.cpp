@@ -142,10 +142,9 @@ void PhysicsLoop::redraw() {
 
 void PhysicsLoop::take(std::shared_ptr<Simulation> simulation) {
   simulation_ = std::move(simulation);
-  simulation_->observeTimeline(
-      [this](const Command& command, const CommandResult& result) {
-        tell(kTimeline, command, result);
-      });
+  simulation_->observeTimeline([this](const Command& command, const CommandResult& result) {
+    tell(kTimeline, command, result);
+  });
   const double factor = simulation_->scene().real_time_factor;
   period_ =
       factor == 0.0

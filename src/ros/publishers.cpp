@@ -54,9 +54,9 @@ struct Publishers::Snapshot {
   std::shared_ptr<const Model> model;            ///< while it goes on, perhaps, with another one
   ros::Time stamp;
   State state;
-  std::vector<char> pinned;            ///< per particle
+  std::vector<char> pinned;               ///< per particle
   std::vector<Eigen::Isometry3d> shapes;  ///< of contact: where their geometries are
-  mass_spring_sim::SolverStats stats;  ///< but for what is measured on the state
+  mass_spring_sim::SolverStats stats;     ///< but for what is measured on the state
 };
 
 Publishers::Publishers(ros::NodeHandle& nh, std::shared_ptr<const Simulation> simulation,
@@ -118,20 +118,19 @@ void Publishers::stepped(const StepReport& report, const StepMeter::Figures& fig
   if (report.broken_springs > 0) publishTopology();
   const bool state = due(rates.state) && state_publisher_.getNumSubscribers() > 0;
   if (due(rates.pins) && pins_publisher_.getNumSubscribers() > 0) {
-    thread_.post(PublishingThread::kPins, [this, message = pinStates(*simulation_),
-                                           stamp = clock_.stamp()]() mutable {
-      message.header = header(stamp);
-      pins_publisher_.publish(message);
-    });
+    thread_.post(PublishingThread::kPins,
+                 [this, message = pinStates(*simulation_), stamp = clock_.stamp()]() mutable {
+                   message.header = header(stamp);
+                   pins_publisher_.publish(message);
+                 });
   }
   if (contacts_publisher_ && due(rates.contacts) && contacts_publisher_.getNumSubscribers() > 0) {
-    thread_.post(PublishingThread::kContacts,
-                 [this, publisher = contacts_publisher_,
-                  message = contacts(*simulation_, follower_.stale()),
-                  stamp = clock_.stamp()]() mutable {
-                   message.header = header(stamp);
-                   publisher.publish(message);
-                 });
+    thread_.post(PublishingThread::kContacts, [this, publisher = contacts_publisher_,
+                                               message = contacts(*simulation_, follower_.stale()),
+                                               stamp = clock_.stamp()]() mutable {
+      message.header = header(stamp);
+      publisher.publish(message);
+    });
   }
   const bool stats = due(rates.stats) && stats_publisher_.getNumSubscribers() > 0;
   const auto now = std::chrono::steady_clock::now();

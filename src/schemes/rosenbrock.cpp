@@ -61,6 +61,7 @@ void Rosenbrock::advance(const RosenbrockTable& table, double h, const Drive& dr
                      Projection::kWhereNeeded, report);
     if (timed) findForcesRate(h, drive, state);
   }
+  bool looked_again = table.exact;
   for (std::size_t i = 0; i < static_cast<std::size_t>(table.stages); ++i) {
     if (timed) setTime(model_, drive.time + table.alpha[i] * h);
     x_ = state.positions;
@@ -105,6 +106,13 @@ void Rosenbrock::advance(const RosenbrockTable& table, double h, const Drive& dr
     p_[i] = w * u_;
     q_[i] = u_ - rate_;
     clearPinned(drive, q_[i]);
+    if (!looked_again) {
+      looked_again = true;
+      x_ = state.positions + p_[i];
+      bool foreseen = true;
+      for (const auto& effect : model_.effects) foreseen = effect->foresaw(x_) && foreseen;
+      if (!foreseen) --i;  // the same stage, better informed
+    }
   }
   for (std::size_t i = 0; i < static_cast<std::size_t>(table.stages); ++i) {
     state.positions += table.m[i] * p_[i];
