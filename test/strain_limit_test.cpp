@@ -53,27 +53,27 @@ struct Stretched {
 
 // Of numbers up to 300: rounding 1e-14 * 300 / step, truncation step^2 * 300 / length^2, with
 // lengths from 0.1 m on.
-constexpr double kStep = 1e-5, kDifferences = 5e-6;
+constexpr double kProbe = 1e-5, kProbeError = 5e-6;
 
 TEST(StrainLimit, ForceIsTheDerivativeOfTheEnergyAndSoOn) {
   const Stretched net;
   ASSERT_GT(net.beyond, 5);
   ASSERT_LT(net.beyond, static_cast<int>(net.model.springs.size()) - 3);
-  const Vectors dx = randomVectors(12, 1.0, 5), plus = net.x + kStep * dx,
-                minus = net.x - kStep * dx;
+  const Vectors dx = randomVectors(12, 1.0, 5), plus = net.x + kProbe * dx,
+                minus = net.x - kProbe * dx;
   const auto elastic = [&](const Vectors& x) {
     Energy energy;
     net.limit.addEnergy(x, energy);
     return energy.elastic;
   };
-  const double slope = (elastic(plus) - elastic(minus)) / (2.0 * kStep);
+  const double slope = (elastic(plus) - elastic(minus)) / (2.0 * kProbe);
   EXPECT_GT(std::abs(slope), 0.1);
-  EXPECT_NEAR(net.forces(net.x).cwiseProduct(dx).sum(), -slope, kDifferences);
+  EXPECT_NEAR(net.forces(net.x).cwiseProduct(dx).sum(), -slope, kProbeError);
 
   Vectors df = 0.0 * dx, product(3, 12);
   net.limit.addForceDerivative(net.x, 0.0 * dx, dx, dx, df);
   EXPECT_GT(df.norm(), 10.0);
-  EXPECT_LT((df - (net.forces(plus) - net.forces(minus)) / (2.0 * kStep)).norm(), kDifferences);
+  EXPECT_LT((df - (net.forces(plus) - net.forces(minus)) / (2.0 * kProbe)).norm(), kProbeError);
 
   StepMatrix matrix(net.model.pattern);
   matrix.setMasses(0.0, net.model.masses);
@@ -305,7 +305,7 @@ TEST(StrainLimitReader, ReadsWritesAndRefuses) {
   const Scene scene = readScene(sceneWith("effects.strain_limit", "{max_strain: 0.1}"), "");
   ASSERT_TRUE(scene.effects.strain_limit);
   EXPECT_EQ(scene.effects.strain_limit->max_strain, 0.1);
-  EXPECT_EQ(scene.effects.strain_limit->stiffness_ratio, 100.0);
+  EXPECT_EQ(scene.effects.strain_limit->stiffness_ratio, 10.0);
   const std::string yaml = toYaml(scene);
   EXPECT_NE(yaml.find("strain_limit"), std::string::npos);
   EXPECT_EQ(toYaml(readScene(readYamlText(yaml, "scene"), "")), yaml);

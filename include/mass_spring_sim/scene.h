@@ -168,8 +168,8 @@ struct ContactOptions {
 
 /// Structural and shear springs stiffen beyond a strain.
 struct StrainLimitOptions {
-  double max_strain = 0.0;         ///< >= 0, length / rest length - 1
-  double stiffness_ratio = 100.0;  ///< > 0, of the extra stiffness beyond to the spring's own
+  double max_strain = 0.0;        ///< >= 0, length / rest length - 1
+  double stiffness_ratio = 10.0;  ///< > 0, of the extra stiffness beyond to the spring's own
 };
 
 /// Structural and shear springs that are stretched beyond a strain break.
