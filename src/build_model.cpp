@@ -11,6 +11,7 @@
 #include "effects/air_drag.h"
 #include "effects/contact.h"
 #include "effects/gravity.h"
+#include "effects/self_collision.h"
 #include "effects/springs.h"
 #include "effects/strain_limit.h"
 #include "effects/wind.h"
@@ -74,6 +75,13 @@ void requirePhysical(const Scene& scene, const Model& model) {
     require(plasticity->creep_rate > 0.0 && std::isfinite(plasticity->creep_rate),
             "effects.plasticity.creep_rate", plasticity->creep_rate, "a number > 0 (1/s)");
   }
+  if (const auto& collision = scene.effects.self_collision) {
+    require(collision->thickness > 0.0 && std::isfinite(collision->thickness),
+            "effects.self_collision.thickness", collision->thickness, "a number > 0 (m)");
+    const double stiffness = collision->stiffness.value_or(1.0);
+    require(stiffness > 0.0 && std::isfinite(stiffness), "effects.self_collision.stiffness",
+            stiffness, "a number > 0 (N/m)");
+  }
   for (Eigen::Index i = 0; i < model.masses.size(); ++i) {
     const double m = model.masses[i];
     require(m > 0.0 && std::isfinite(m), "masses[" + std::to_string(i) + "]", m, "a mass > 0 (kg)");
@@ -133,6 +141,10 @@ void addEffects(const Scene& scene, Model& model) {
   if (scene.effects.strain_limit) {
     model.effects.push_back(
         std::make_unique<StrainLimit>(*scene.effects.strain_limit, model.springs));
+  }
+  if (scene.effects.self_collision) {
+    model.effects.push_back(
+        std::make_unique<SelfCollision>(*scene.effects.self_collision, model, scene.rate));
   }
   if (scene.effects.tearing) model.spring_changes.push_back("tearing");
   if (scene.effects.plasticity) model.spring_changes.push_back("plasticity");

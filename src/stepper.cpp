@@ -57,6 +57,7 @@ Stepper::Outcome Stepper::advance(Scheme scheme, double from, double to, double 
                                   const Drive& drive, const State& state, StepReport& report) {
   const double substep = (to - from) * h;
   const Drive then{drive.pinned, drive.loads, drive.time + from * h};
+  beginSubstep(model_, work_.positions, work_.velocities, substep);
   const SubstepReport sub = explicit_ ? explicit_->advance(substep, then, work_)
                             : isRosenbrock(scheme)
                                 ? implicit_->rosenbrock->advance(scheme, substep, then, work_)
@@ -73,12 +74,14 @@ Stepper::Outcome Stepper::conclude(const SubstepReport& sub, double to, const Dr
   report.projected_springs += sub.projected_springs;
   report.residual = std::max(report.residual, sub.residual);
   substep_error_ = sub.estimated_error;
+  const bool passed = endSubstep(model_, work_.positions);
   if (!work_.positions.allFinite() || !work_.velocities.allFinite()) return Outcome::kNotFinite;
   // Pinned particles move evenly from where they are to where the step ends.
   for (Eigen::Index i = 0; i < work_.positions.cols(); ++i) {
     if (!drive.isPinned(i)) continue;
     work_.positions.col(i) = to * pin_ends_.col(i) + (1.0 - to) * state.positions.col(i);
   }
+  if (passed) return Outcome::kPassedThrough;
   return sub.converged ? Outcome::kConverged : Outcome::kUnconverged;
 }
 
@@ -94,7 +97,7 @@ Stepper::Outcome Stepper::attempt(Scheme scheme, int substeps, double h, const D
   for (int s = 0; s < substeps; ++s) {
     const Outcome one = advance(scheme, static_cast<double>(s) / substeps,
                                 static_cast<double>(s + 1) / substeps, h, drive, state, report);
-    if (one == Outcome::kNotFinite) return one;
+    if (one == Outcome::kNotFinite || one == Outcome::kPassedThrough) return one;
     if (one == Outcome::kUnconverged) outcome = one;
     report.estimated_error = substep_error_ < 0.0 ? -1.0 : report.estimated_error + substep_error_;
   }
@@ -114,10 +117,12 @@ Stepper::Outcome Stepper::attemptSafely(int substeps, double h, const Drive& dri
     const Outcome one = advance(report.scheme, static_cast<double>(s) / substeps,
                                 static_cast<double>(s + 1) / substeps, h, drive, state, report);
     if (one == Outcome::kNotFinite) return one;
-    if (one == Outcome::kUnconverged) outcome = one;
+    if (one != Outcome::kConverged && outcome != Outcome::kPassedThrough) outcome = one;
     // Short of its root, or where the springs' energy is not convex, even implicit Euler can gain;
     // what it gains is then kinetic, as no sub-step ends above Phi at rest.
-    if (!energy.slowDown(work_, then)) outcome = Outcome::kGainedEnergy;
+    if (!energy.slowDown(work_, then) && outcome != Outcome::kPassedThrough) {
+      outcome = Outcome::kGainedEnergy;
+    }
   }
   return outcome;
 }
@@ -157,6 +162,7 @@ Stepper::Outcome Stepper::attemptVerlet(double h, const Drive& drive, const Stat
   const double least = std::clamp(std::ceil(h / stable), 1.0 * options_.substeps, kMostStable);
   for (;;) {
     begin(h, drive, state, report);
+    beginSubstep(model_, work_.positions, work_.velocities, h);
     const int substeps = static_cast<int>(least) << control_->level();
     const SubstepReport sub = explicit_->advanceVerlet(substeps, h, drive, work_);
     report.substeps += static_cast<std::uint32_t>(substeps);
@@ -190,7 +196,7 @@ Stepper::Outcome Stepper::attemptWithin(double h, const Drive& drive, const Stat
     const Outcome one = advance(scheme, at, to, h, drive, state, report);
     budget_->learn(cheap, budget_->spent() - spent);
     if (one == Outcome::kNotFinite) return one;
-    if (one == Outcome::kUnconverged) outcome = one;
+    if (one != Outcome::kConverged && outcome != Outcome::kPassedThrough) outcome = one;
     report.estimated_error = substep_error_ < 0.0 ? -1.0 : report.estimated_error + substep_error_;
     at = to;
   }
@@ -223,12 +229,14 @@ StepReport Stepper::step(double h, const Pins& pins, const Vectors* loads, State
   if (spent) {
     report.status = StepStatus::kDegraded;
     report.message = name(report.scheme) + std::string(" ") +
-                     (outcome == Outcome::kUnconverged ? "did not converge"
-                                                       : "gained energy, and was slowed down");
+                     (outcome == Outcome::kUnconverged     ? "did not converge"
+                      : outcome == Outcome::kPassedThrough ? "let parts pass through one another"
+                                                           : "gained energy, and was slowed down");
   } else if (outcome != Outcome::kConverged) {
-    const char* why = outcome == Outcome::kUnconverged    ? "did not converge"
-                      : outcome == Outcome::kGainedEnergy ? "gained energy"
-                                                          : "was not finite";
+    const char* why = outcome == Outcome::kUnconverged     ? "did not converge"
+                      : outcome == Outcome::kGainedEnergy  ? "gained energy"
+                      : outcome == Outcome::kPassedThrough ? "let parts pass through one another"
+                                                           : "was not finite";
     const std::string first = name(report.scheme);
     const int substeps = options_.substeps * (control_ ? 1 << control_->level() : 1);
     int refined = substeps;
@@ -248,6 +256,9 @@ StepReport Stepper::step(double h, const Pins& pins, const Vectors* loads, State
                      std::to_string(refined) + " sub-steps";
     if (outcome == Outcome::kUnconverged) report.message += ", still above the tolerance";
     if (outcome == Outcome::kGainedEnergy) report.message += ", still gaining energy";
+    if (outcome == Outcome::kPassedThrough) {
+      report.message += ", still letting parts pass through one another";
+    }
   }
   if (budget_) report.budget_used = budget_->spent() / budget_->seconds();
   if (outcome == Outcome::kNotFinite) {

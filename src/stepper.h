@@ -19,9 +19,10 @@ namespace mass_spring {
 
 /// Advances a state by whole steps with the scheme asked for, in the sub-steps asked for, or as
 /// many as an accuracy needs or a budget buys. A step that does not converge, is not finite or
-/// gains energy that nothing gave it is redone: with 2, 4, 8 times the sub-steps, then by implicit
-/// Euler with its line search, which descends on a function bounded below and therefore always
-/// ends. What happened is in the report; a step that fails leaves the state untouched.
+/// gains energy that nothing gave it, or lets parts pass through one another, is redone: with 2, 4,
+/// 8 times the sub-steps, then by implicit Euler with its line search, which descends on a function
+/// bounded below and therefore always ends. What happened is in the report; a step that fails
+/// leaves the state untouched.
 class Stepper {
  public:
   /// @param options  with a scheme that is not auto
@@ -36,7 +37,7 @@ class Stepper {
   std::size_t matrixNonzeros() const { return implicit_ ? implicit_->system.nonzeros() : 0; }
 
  private:
-  enum class Outcome { kConverged, kUnconverged, kGainedEnergy, kNotFinite };
+  enum class Outcome { kConverged, kUnconverged, kGainedEnergy, kPassedThrough, kNotFinite };
   static bool isRosenbrock(Scheme scheme) {
     return scheme == Scheme::kLinearImplicitEuler || scheme == Scheme::kRos3;
   }

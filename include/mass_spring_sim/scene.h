@@ -183,6 +183,12 @@ struct PlasticityOptions {
   double creep_rate = 0.0;    ///< 1/s, > 0: the share of what is beyond that goes in a second
 };
 
+/// Cloth, meshes, ropes and loose particles keep off themselves and one another.
+struct SelfCollisionOptions {
+  double thickness = 0.0;           ///< m, > 0: so far apart they begin to push
+  std::optional<double> stiffness;  ///< N/m per pair, > 0; absent = what the springs call for
+};
+
 /// Only what is listed here exists.
 struct EffectOptions {
   std::optional<GravityOptions> gravity;
@@ -192,6 +198,7 @@ struct EffectOptions {
   std::optional<StrainLimitOptions> strain_limit;
   std::optional<TearingOptions> tearing;
   std::optional<PlasticityOptions> plasticity;
+  std::optional<SelfCollisionOptions> self_collision;
 };
 
 struct TimedCommand {

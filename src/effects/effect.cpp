@@ -29,4 +29,15 @@ bool setTime(const Model& model, double time) {
   return any;
 }
 
+void beginSubstep(const Model& model, const Vectors& positions, const Vectors& velocities,
+                  double h) {
+  for (const auto& effect : model.effects) effect->beginSubstep(positions, velocities, h);
+}
+
+bool endSubstep(const Model& model, const Vectors& positions) {
+  bool passed = false;
+  for (const auto& effect : model.effects) passed = effect->endSubstep(positions) || passed;
+  return passed;
+}
+
 }  // namespace mass_spring

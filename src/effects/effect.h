@@ -42,6 +42,13 @@ class Effect {
   /// What depends on time is from now on as it is then [s]. @return whether anything does
   virtual bool setTime(double /*time*/) { return false; }
 
+  /// A sub-step of h [s] begins at this state. Until it ends, the forces may depend on the side
+  /// from which particles come.
+  virtual void beginSubstep(const Vectors& /*positions*/, const Vectors& /*velocities*/,
+                            double /*h*/) {}
+  /// It ends here. @return whether something has passed through something else on the way
+  virtual bool endSubstep(const Vectors& /*positions*/) { return false; }
+
   /// Adds the force on each particle [N].
   virtual void addForces(const Vectors& positions, const Vectors& velocities,
                          Vectors& forces) const = 0;
@@ -82,6 +89,8 @@ class Effect {
   /// Names the pairs of particles whose blocks the matrix needs; then looks them up, once.
   virtual void addPattern(PatternBuilder& /*pattern*/) const {}
   virtual void findSlots(const BlockPattern& /*pattern*/) {}
+  /// Whether it may tie together particles outside the pattern (see Tie).
+  virtual bool ties() const { return false; }
 
   /// Adds the weighted D and K to a matrix that holds the weighted masses.
   /// @return how many elements were projected
@@ -112,5 +121,10 @@ void sumForces(const Model& model, const Vectors* loads, const Vectors* held,
 
 /// Effects are constant but for the time that they are at: that of whoever computes with them.
 bool setTime(const Model& model, double time);
+
+void beginSubstep(const Model& model, const Vectors& positions, const Vectors& velocities,
+                  double h);
+/// @return whether something has passed through something else
+bool endSubstep(const Model& model, const Vectors& positions);
 
 }  // namespace mass_spring

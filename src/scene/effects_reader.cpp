@@ -130,6 +130,13 @@ void readEffects(const Place& place, const std::vector<Object>* objects, EffectO
     reader.required("creep_rate").read(options.creep_rate, positive("1/s"));
     reader.refuseUnknown();
   }
+  if (const Place collision = keys.optional("self_collision"); collision.present()) {
+    SelfCollisionOptions& options = effects.self_collision.emplace();
+    MapReader reader(collision, "a map with thickness");
+    reader.required("thickness").read(options.thickness, positive("m"));
+    reader.optional("stiffness").read(options.stiffness, positive("N/m"));
+    reader.refuseUnknown();
+  }
   keys.refuseUnknown();
 }
 

@@ -305,6 +305,12 @@ void writeEffects(Writer& yaml, const EffectOptions& effects) {
     yaml.add("creep_rate", effects.plasticity->creep_rate);
     yaml.end();
   }
+  if (effects.self_collision) {
+    yaml.begin("self_collision");
+    yaml.add("thickness", effects.self_collision->thickness);
+    yaml.add("stiffness", effects.self_collision->stiffness);
+    yaml.end();
+  }
   yaml.end();
 }
 

@@ -81,7 +81,7 @@ ConjugateGradient::ConjugateGradient(std::unique_ptr<Preconditioner> preconditio
 void ConjugateGradient::prepare(const StepMatrix& matrix) {
   matrix_ = &matrix;
   prepared_ = false;
-  in_floats_ = preconditioner_->multiplies();
+  in_floats_ = preconditioner_->multiplies() && matrix.ties().empty();
 }
 
 template <typename Work>

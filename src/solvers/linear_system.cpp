@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "effects/effect.h"
+#include "solvers/factor_preconditioner.h"
 #include "solvers/incomplete_cholesky.h"
 #include "solvers/multigrid.h"
 
@@ -56,6 +58,12 @@ LinearSystem::LinearSystem(const Model& model, const SolverOptions& options)
   if (direct_solver_) {
     residual_.resize(3, pattern->size());
     correction_.resize(3, pattern->size());
+    const auto ties = [](const auto& effect) { return effect->ties(); };
+    if (std::any_of(model.effects.begin(), model.effects.end(), ties)) {
+      led_by_factor_.emplace(
+          std::make_unique<FactorPreconditioner>(*direct_solver_, pattern->size()),
+          pattern->size());
+    }
   }
 }
 
@@ -69,6 +77,7 @@ void LinearSystem::prepare(const StepMatrix& matrix) {
   factorized_ = false;
   if (direct_for_ > 0) --direct_for_;
   if (conjugate_gradient_) conjugate_gradient_->prepare(matrix);
+  if (led_by_factor_) led_by_factor_->prepare(matrix);
 }
 
 LinearSystem::Result LinearSystem::solve(const StepMatrix& matrix, const Vectors& b,
@@ -116,6 +125,7 @@ void LinearSystem::solveDirectly(const Vectors& b, double tolerance, Vectors& x,
     result.indefinite = true;
     return;
   }
+  if (!matrix_->ties().empty()) return solveByFactor(b, tolerance, x, result);
   direct_solver_->solve(b, x);
   matrix_->multiply(x, residual_);
   residual_ = b - residual_;
@@ -134,6 +144,15 @@ void LinearSystem::solveDirectly(const Vectors& b, double tolerance, Vectors& x,
   }
   result.residual = norm / b_norm;
   result.converged = result.residual <= tolerance;
+}
+
+void LinearSystem::solveByFactor(const Vectors& b, double tolerance, Vectors& x, Result& result) {
+  const auto most = static_cast<std::uint32_t>(options_.max_linear_iterations);
+  const LinearResult led = led_by_factor_->solve(b, tolerance, most, x);
+  result.converged = led.converged;
+  result.iterations += led.iterations;
+  result.residual = led.residual;
+  result.indefinite = led.indefinite;
 }
 
 }  // namespace mass_spring

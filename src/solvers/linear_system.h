@@ -12,7 +12,9 @@
 namespace mass_spring {
 
 /// Solves with the step matrix by the solver asked for. `auto` takes the direct factor where that
-/// costs less than conjugate gradients would, and where those do not reach their tolerance.
+/// costs less than conjugate gradients would, and where those do not reach their tolerance. A
+/// factor does not know of ties: where there are some, it leads conjugate gradients, which are as
+/// many as there are ties at most.
 class LinearSystem {
  public:
   LinearSystem(const Model& model, const SolverOptions& options);
@@ -41,6 +43,7 @@ class LinearSystem {
 
  private:
   void solveDirectly(const Vectors& b, double tolerance, Vectors& x, Result& result);
+  void solveByFactor(const Vectors& b, double tolerance, Vectors& x, Result& result);
 
   SolverOptions options_;
   bool direct_;  // by choice, for every matrix
@@ -52,6 +55,7 @@ class LinearSystem {
   bool factorized_ = false;  // matrix_, by direct_solver_
   std::unique_ptr<DirectSolver> direct_solver_;
   std::optional<ConjugateGradient> conjugate_gradient_;
+  std::optional<ConjugateGradient> led_by_factor_;  // only where there may be ties
   Vectors residual_, correction_;
 };
 

@@ -15,6 +15,7 @@ StepMatrix::StepMatrix(std::shared_ptr<const BlockPattern> pattern, ThreadPool* 
 
 void StepMatrix::setMasses(double weight, const Eigen::VectorXd& masses) {
   weighted_masses_ = weight * masses;
+  ties_.clear();
   inHalves([&](std::uint32_t, std::uint32_t begin, std::uint32_t end) {
     for (std::uint32_t i = begin; i < end; ++i) {
       diagonal_[i] = SymmetricBlock::isotropic(weighted_masses_[i]);
@@ -33,6 +34,20 @@ void StepMatrix::multiply(const Vectors& x, Vectors& y) const {
     multiplyRows(begin, end, in, out);
   });
   addCoupling(in, out);
+  addTies(x, y);
+}
+
+void StepMatrix::addTies(const Vectors& x, Vectors& y) const {
+  for (const Tie& tie : ties_) {
+    double sum = 0.0;
+    for (int a = 0; a < 4; ++a) {
+      sum += tie.weights[a] * tie.normal.dot(x.col(tie.particles[static_cast<std::size_t>(a)]));
+    }
+    const Eigen::Vector3d along = tie.stiffness * sum * tie.normal;
+    for (int a = 0; a < 4; ++a) {
+      y.col(tie.particles[static_cast<std::size_t>(a)]) += tie.weights[a] * along;
+    }
+  }
 }
 
 MASS_SPRING_DISPATCH
@@ -91,6 +106,11 @@ void StepMatrix::decouple(const std::vector<char>& pinned) {
   for (std::uint32_t i = 0; i < pattern_->size(); ++i) {
     for (std::size_t s = pattern_->rowStart(i); s < pattern_->rowStart(i + 1); ++s) {
       if (pinned[i] || pinned[pattern_->column(s)]) upper_[s] = SymmetricBlock{};
+    }
+  }
+  for (Tie& tie : ties_) {
+    for (int a = 0; a < 4; ++a) {
+      if (pinned[tie.particles[static_cast<std::size_t>(a)]]) tie.weights[a] = 0.0;
     }
   }
 }

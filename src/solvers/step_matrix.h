@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -11,8 +12,19 @@
 
 namespace mass_spring {
 
+/// What joins a few particles for a while, along one direction: adds stiffness g g^T to a matrix,
+/// where particle a has the share weights[a] normal of g.
+struct Tie {
+  std::array<std::uint32_t, 4> particles;
+  Eigen::Vector4d weights;
+  Eigen::Vector3d normal;
+  double stiffness;  ///< weighted like the matrix, >= 0
+};
+
 /// The symmetric matrix that implicit schemes solve with, alpha_a M + alpha_v D + alpha_x K, as 3x3
-/// blocks on a fixed pattern.
+/// blocks on a fixed pattern. Ties lie over it: they come and go without a new analysis of the
+/// pattern, products count them, and factors and preconditioners, which see the blocks, leave them
+/// to the iterations.
 class StepMatrix {
  public:
   /// @param threads  to share the work of solving; nullptr = the caller's alone
@@ -34,6 +46,8 @@ class StepMatrix {
     diagonal_[j] += block;
     upper_[slot] -= block;
   }
+  void addTie(const Tie& tie) { ties_.push_back(tie); }
+  const std::vector<Tie>& ties() const { return ties_; }
   /// What setMasses() put on the diagonal of a particle.
   double mass(std::uint32_t i) const { return weighted_masses_[i]; }
 
@@ -60,11 +74,13 @@ class StepMatrix {
  private:
   void multiplyRows(std::uint32_t begin, std::uint32_t end, const double* x, double* y) const;
   void addCoupling(const double* x, double* y) const;
+  void addTies(const Vectors& x, Vectors& y) const;
 
   std::shared_ptr<const BlockPattern> pattern_;
   ThreadPool* threads_;
   std::vector<SymmetricBlock> diagonal_;
   std::vector<SymmetricBlock> upper_;
+  std::vector<Tie> ties_;
   Eigen::VectorXd weighted_masses_;
 };
 

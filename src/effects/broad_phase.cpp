@@ -1,0 +1,143 @@
+#include "effects/broad_phase.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace mass_spring {
+namespace {
+
+// Of the distance: a smaller one is used up sooner, a larger one lets in more pairs.
+constexpr double kMargin = 0.25;
+
+template <std::size_t N, std::size_t M>
+bool shareParticle(const std::array<std::uint32_t, N>& a, const std::array<std::uint32_t, M>& b) {
+  return std::any_of(a.begin(), a.end(), [&](std::uint32_t particle) {
+    return std::find(b.begin(), b.end(), particle) != b.end();
+  });
+}
+
+}  // namespace
+
+CollisionElements::CollisionElements(const Model& model)
+    : triangles(model.triangles), object(model.particleCount()), rest(model.start.positions) {
+  std::vector<char> joined(model.particleCount(), 0);
+  for (std::uint32_t o = 0; o < model.objects.size(); ++o) {
+    const ModelObject& part = model.objects[o];
+    std::fill_n(object.begin() + part.first_particle, part.particle_count, o);
+    std::fill_n(joined.begin() + part.first_particle, part.particle_count, part.has_surface);
+    if (part.has_surface) continue;
+    for (std::uint32_t s = part.first_spring; s < part.first_spring + part.spring_count; ++s) {
+      const Spring& spring = model.springs[s];
+      if (spring.kind != SpringKind::kStructural) continue;
+      edges.push_back({spring.i, spring.j});
+      joined[spring.i] = joined[spring.j] = 1;
+    }
+  }
+  for (std::uint32_t i = 0; i < joined.size(); ++i) {
+    if (!joined[i]) edges.push_back({i, i});
+  }
+  segments = edges.size();
+  if (segments == 0) return;
+  std::vector<std::array<std::uint32_t, 2>> sides;
+  for (const auto& corners : triangles) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      const std::uint32_t i = corners[a], j = corners[(a + 1) % 3];
+      sides.push_back({std::min(i, j), std::max(i, j)});
+    }
+  }
+  std::sort(sides.begin(), sides.end());
+  sides.erase(std::unique(sides.begin(), sides.end()), sides.end());
+  edges.insert(edges.end(), sides.begin(), sides.end());
+}
+
+BroadPhase::BroadPhase(std::shared_ptr<const CollisionElements> elements, double distance)
+    : elements_(std::move(elements)), distance_(distance), margin_(kMargin * distance) {}
+
+bool BroadPhase::covers(const Vectors& positions) const {
+  if (from_.cols() != positions.cols()) return false;
+  const auto n = static_cast<double>(positions.cols());
+  // How far along their ways they are, by least squares about the common motion.
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double along = 0.0, square = 0.0;
+  for (Eigen::Index i = 0; i < positions.cols(); ++i) {
+    const Eigen::Vector3d moved = positions.col(i) - from_.col(i);
+    const Eigen::Vector3d way = way_.col(i) - mean_way_;
+    sum += moved;
+    along += moved.dot(way);
+    square += way.squaredNorm();
+  }
+  const double at = square > 0.0 ? std::clamp(along / square, 0.0, 1.0) : 0.0;
+  const Eigen::Vector3d common = sum / n - at * mean_way_;
+  double furthest = 0.0;
+  for (Eigen::Index i = 0; i < positions.cols(); ++i) {
+    const Eigen::Vector3d off = positions.col(i) - from_.col(i) - at * way_.col(i) - common;
+    const double off_square = off.squaredNorm();
+    if (!(off_square <= furthest)) furthest = off_square;  // keeps what is not a number
+  }
+  return furthest <= margin_ * margin_;
+}
+
+template <std::size_t N>
+Box3 BroadPhase::box(const std::array<std::uint32_t, N>& particles) const {
+  Box3 hull{Eigen::Array3d::Constant(std::numeric_limits<double>::infinity()),
+            Eigen::Array3d::Constant(-std::numeric_limits<double>::infinity())};
+  for (const std::uint32_t i : particles) {
+    const Eigen::Array3d start = from_.col(i).array();
+    const Eigen::Array3d end = start + (way_.col(i) - mean_way_).array();
+    hull.low = hull.low.min(start.min(end));
+    hull.high = hull.high.max(start.max(end));
+  }
+  const double reach = 0.5 * distance_ + margin_;
+  return {hull.low - reach, hull.high + reach};
+}
+
+void BroadPhase::take(const ElementPair& pair) {
+  const double reach = distance_ + 2.0 * margin_ + mostApproach(pair.elements, pair.corners(way_));
+  const Corners x = pair.corners(from_);
+  if (!(leastDistance(pair.elements, x) <= reach)) return;
+  if (!(proximity(pair.elements, x).distance <= reach)) return;
+  const auto& object = elements_->object;
+  if (object[pair.particles[0]] == object[pair.particles[2]] &&
+      proximity(pair.elements, pair.corners(elements_->rest)).distance < distance_) {
+    return;
+  }
+  pairs_.push_back(pair);
+}
+
+void BroadPhase::refresh(const Vectors& from, const Vectors& to) {
+  from_ = from;
+  way_ = to - from;
+  mean_way_ = way_.rowwise().mean();
+  pairs_.clear();
+  const auto& triangles = elements_->triangles;
+  const auto& edges = elements_->edges;
+  const auto fill = [&](const auto& elements) {
+    boxes_.clear();
+    for (const auto& particles : elements) boxes_.push_back(box(particles));
+    grid_.fill(boxes_);
+  };
+  if (!triangles.empty()) {
+    fill(triangles);
+    const auto particles = static_cast<std::uint32_t>(from.cols());
+    for (std::uint32_t i = 0; i < particles; ++i) {
+      const std::array<std::uint32_t, 1> particle{i};
+      grid_.find(box(particle), found_);
+      for (const std::uint32_t t : found_) {
+        const auto& [a, b, c] = triangles[t];
+        if (shareParticle(particle, triangles[t])) continue;
+        take({{i, a, b, c}, Elements::kParticleAndTriangle});
+      }
+    }
+  }
+  if (elements_->segments == 0) return;
+  fill(edges);
+  for (std::uint32_t s = 0; s < elements_->segments; ++s) {
+    grid_.find(boxes_[s], found_);
+    for (const std::uint32_t e : found_) {
+      if (e <= s || shareParticle(edges[s], edges[e])) continue;
+      take({{edges[s][0], edges[s][1], edges[e][0], edges[e][1]}, Elements::kSegments});
+    }
+  }
+}
+
+}  // namespace mass_spring

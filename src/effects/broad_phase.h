@@ -1,0 +1,70 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "effects/box_grid.h"
+#include "effects/proximity.h"
+#include "mass_spring_sim/model.h"
+
+namespace mass_spring {
+
+/// What may touch: all particles and the triangles of cloth and mesh; and segments, which are the
+/// structural springs of all other objects and the particles that belong to nothing else, with one
+/// another and with the edges of triangles.
+struct CollisionElements {
+  explicit CollisionElements(const Model& model);
+
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::vector<std::array<std::uint32_t, 2>> edges;  ///< segments first, then those of triangles
+  std::size_t segments = 0;
+  std::vector<std::uint32_t> object;  ///< per particle
+  Vectors rest;                       ///< m, the particles at the start
+};
+
+struct ElementPair {
+  std::array<std::uint32_t, 4> particles;
+  Elements elements;
+
+  Corners corners(const Vectors& positions) const {
+    Corners x;
+    for (int a = 0; a < 4; ++a) x.col(a) = positions.col(particles[static_cast<std::size_t>(a)]);
+    return x;
+  }
+};
+
+/// All pairs of elements that may be near each other: those near enough where it last looked, with
+/// a margin. They serve until particles have left that margin about a common motion, all of them
+/// along their own straight ways and together any way. Pairs that share a particle, and those of
+/// one object that are near already at the start, are no pairs: nothing holds a sheet off itself
+/// next to a fold. The order of pairs does not depend on when it looked, and so sums over them do
+/// not.
+class BroadPhase {
+ public:
+  /// @param distance  m, > 0: nearer pairs are found
+  BroadPhase(std::shared_ptr<const CollisionElements> elements, double distance);
+
+  const std::vector<ElementPair>& pairs() const { return pairs_; }
+  /// Whether pairs() has all that are near at these positions, or on a straight way between any
+  /// such positions.
+  bool covers(const Vectors& positions) const;
+  /// Finds the pairs for positions on the way from one place to another.
+  void refresh(const Vectors& from, const Vectors& to);
+
+ private:
+  template <std::size_t N>
+  Box3 box(const std::array<std::uint32_t, N>& particles) const;
+  void take(const ElementPair& pair);
+
+  std::shared_ptr<const CollisionElements> elements_;
+  double distance_, margin_;
+  std::vector<ElementPair> pairs_;
+  Vectors from_, way_;  // none before the first refresh
+  Eigen::Vector3d mean_way_;
+  BoxGrid grid_;
+  std::vector<Box3> boxes_;
+  std::vector<std::uint32_t> found_;
+};
+
+}  // namespace mass_spring

@@ -1,0 +1,231 @@
+#include "effects/self_collision.h"
+
+#include <algorithm>
+
+#include "solvers/step_matrix.h"
+
+namespace mass_spring {
+namespace {
+
+// Sub-steps that are looked ahead for pairs, if all goes on as it is.
+constexpr double kAhead = 1.0;
+// Pairs of the same particle that push it at once, as far as bounds go.
+constexpr double kPushesAtOnce = 4.0;
+// In units of mass / step^2: as much as explicit schemes bear.
+constexpr double kFirm = 0.1;
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// As hard as the springs that pull things into each other: at that stiffness, and at least the
+/// rigidity EA = k L divided by the thickness, a strain of the springs presses by about as large a
+/// share of the thickness. Where springs are slacker than a step could notice, what steps bear.
+double defaultStiffness(const Model& model, double thickness, double rate) {
+  std::vector<double> stiffnesses, masses(model.masses.begin(), model.masses.end());
+  for (const Spring& s : model.springs) {
+    if (s.kind != SpringKind::kStructural || s.stiffness == 0.0) continue;
+    stiffnesses.push_back(s.stiffness * std::max(1.0, s.rest_length / thickness));
+  }
+  return std::max(median(std::move(stiffnesses)), kFirm * rate * rate * median(std::move(masses)));
+}
+
+}  // namespace
+
+SelfCollision::SelfCollision(const SelfCollisionOptions& options, const Model& model, double rate)
+    : thickness_(options.thickness),
+      stiffness_(options.stiffness ? *options.stiffness
+                                   : defaultStiffness(model, options.thickness, rate)),
+      elements_(std::make_shared<CollisionElements>(model)),
+      broad_(elements_, options.thickness),
+      beside_(model.particleCount(), 0),
+      stepping_thread_(std::thread::id()) {}
+
+void SelfCollision::beginSubstep(const Vectors& positions, const Vectors& velocities, double h) {
+  stepping_thread_ = std::this_thread::get_id();
+  start_ = positions;
+  under_way_ = true;
+  expected_ = positions + h * velocities;
+  if (!broad_.covers(positions) || !broad_.covers(expected_)) {
+    expected_ = positions + kAhead * h * velocities;
+    broad_.refresh(positions, expected_);
+  }
+  findStartDistances();
+}
+
+bool SelfCollision::endSubstep(const Vectors& positions) {
+  bool passed = false;
+  if (positions.allFinite()) {
+    findPushes(positions);
+    for (const Push& push : pushes_) passed = passed || push.passed;
+  }
+  under_way_ = false;
+  return passed;
+}
+
+void SelfCollision::findStartDistances() const {
+  start_distances_.clear();
+  for (const ElementPair& pair : broad_.pairs()) {
+    const Corners x = pair.corners(start_);
+    const double least = leastDistance(pair.elements, x);
+    start_distances_.push_back(least < thickness_ ? proximity(pair.elements, x).distance : least);
+  }
+}
+
+void SelfCollision::cover(const Vectors& positions) const {
+  if (broad_.covers(positions)) return;
+  broad_.refresh(under_way_ ? start_ : positions, positions);
+  if (under_way_) findStartDistances();
+}
+
+void SelfCollision::findPushes(const Vectors& positions) const {
+  cover(positions);
+  pushes_.clear();
+  bool any_passed = false;
+  for (std::size_t p = 0; p < broad_.pairs().size(); ++p) {
+    const ElementPair& pair = broad_.pairs()[p];
+    const Corners x = pair.corners(positions);
+    bool passed = false;
+    if (under_way_) {
+      const Corners start = pair.corners(start_);
+      const double approach = mostApproach(pair.elements, x - start);
+      if (start_distances_[p] - approach >= thickness_) continue;
+      passed = start_distances_[p] <= approach && firstTouch(pair.elements, start, x);
+    }
+    if (!passed && leastDistance(pair.elements, x) >= thickness_) continue;
+    const Push push{&pair, proximity(pair.elements, x), passed};
+    if (!(depth(push) > 0.0)) continue;
+    pushes_.push_back(push);
+    any_passed = any_passed || passed;
+  }
+  if (any_passed) dropBesidePassed(start_, positions);
+}
+
+void SelfCollision::dropBesidePassed(const Vectors& from, const Vectors& to) const {
+  std::fill(beside_.begin(), beside_.end(), 0);
+  for (const Push& push : pushes_) {
+    if (!push.passed) continue;
+    for (const std::uint32_t i : push.pair->particles) beside_[i] = 1;
+  }
+  const auto misled = [&](const Push& push) {
+    const auto& particles = push.pair->particles;
+    return !push.passed && std::any_of(particles.begin(), particles.end(), [&](std::uint32_t i) {
+      return beside_[i];
+    }) && changesSides(push.pair->corners(from), push.pair->corners(to));
+  };
+  pushes_.erase(std::remove_if(pushes_.begin(), pushes_.end(), misled), pushes_.end());
+}
+
+void SelfCollision::spread(const Push& push, const Eigen::Vector3d& force, Vectors& vectors) {
+  for (int a = 0; a < 4; ++a) {
+    vectors.col(push.pair->particles[static_cast<std::size_t>(a)]) += push.near.weights[a] * force;
+  }
+}
+
+void SelfCollision::addEnergy(const Vectors& positions, Energy& energy) const {
+  const auto add = [&](const BroadPhase& broad) {
+    for (const ElementPair& pair : broad.pairs()) {
+      const double depth = thickness_ - proximity(pair.elements, pair.corners(positions)).distance;
+      if (depth > 0.0) energy.elastic += 0.5 * stiffness_ * depth * depth;
+    }
+  };
+  if (stepping_thread_ == std::this_thread::get_id()) {
+    cover(positions);
+    add(broad_);
+  } else {
+    BroadPhase own(elements_, thickness_);
+    own.refresh(positions, positions);
+    add(own);
+  }
+}
+
+void SelfCollision::addForces(const Vectors& positions, const Vectors& velocities,
+                              Vectors& forces) const {
+  Energy energy;
+  double dissipation = 0.0;
+  addForces(positions, velocities, forces, energy, dissipation);
+}
+
+void SelfCollision::addForces(const Vectors& positions, const Vectors& /*velocities*/,
+                              Vectors& forces, Energy& energy, double& /*dissipation*/) const {
+  findPushes(positions);
+  for (const Push& push : pushes_) {
+    energy.elastic += 0.5 * stiffness_ * depth(push) * depth(push);
+    spread(push, stiffness_ * depth(push) * push.side() * push.near.normal, forces);
+  }
+}
+
+// With G = side normal weights^T: df = -k dg G + k depth dG, dg = G . dx.
+void SelfCollision::addForceDerivative(const Vectors& x, const Vectors& /*v*/, const Vectors& dx,
+                                       const Vectors& /*dv*/, Vectors& df) const {
+  findPushes(x);
+  for (const Push& push : pushes_) {
+    const Proximity& near = push.near;
+    const Corners changed = push.pair->corners(dx);
+    const ProximityRate turned = rate(near, push.pair->corners(x), changed);
+    const double pressure = stiffness_ * depth(push) * push.side();
+    const double more = -stiffness_ * near.normal.dot(changed * near.weights);
+    spread(push, more * near.normal + pressure * turned.normal, df);
+    for (int a = 0; a < 4; ++a) {
+      df.col(push.pair->particles[static_cast<std::size_t>(a)]) +=
+          pressure * turned.weights[a] * near.normal;
+    }
+  }
+}
+
+std::uint32_t SelfCollision::addDerivatives(const Vectors& positions, const Vectors& /*velocities*/,
+                                            const MatrixWeights& weights, Projection projection,
+                                            StepMatrix& matrix) const {
+  if (weights.stiffness == 0.0) return 0;
+  findPushes(positions);
+  for (const Push& push : pushes_) {
+    matrix.addTie({push.pair->particles, push.near.weights, push.near.normal,
+                   weights.stiffness * stiffness_});
+  }
+  return projection == Projection::kNone ? 0 : static_cast<std::uint32_t>(pushes_.size());
+}
+
+std::uint32_t SelfCollision::linearise(const Vectors& positions, const Vectors& velocities,
+                                       double w, StepMatrix& matrix, Vectors& forces) const {
+  expected_ = positions + w * velocities;
+  cover(expected_);
+  pushes_.clear();
+  bool any_passed = false;
+  for (const ElementPair& pair : broad_.pairs()) {
+    const Corners now = pair.corners(positions), then = pair.corners(expected_);
+    const double approach = mostApproach(pair.elements, then - now);
+    if (leastDistance(pair.elements, now) - approach >= thickness_) continue;
+    Proximity near = proximity(pair.elements, now);
+    if (near.distance - approach >= thickness_) continue;
+    const std::optional<Proximity> touch =
+        near.distance <= approach ? firstTouch(pair.elements, now, then) : std::nullopt;
+    if (touch) {
+      near = *touch;
+    } else if (const Proximity later = proximity(pair.elements, then);
+               later.distance < near.distance) {
+      near = later;  // if not, what is pushed out does not fall back in
+    }
+    if (!touch && near.distance >= thickness_) continue;
+    pushes_.push_back({&pair, near, touch.has_value()});
+    any_passed = any_passed || touch;
+  }
+  if (any_passed) dropBesidePassed(positions, expected_);
+  for (const Push& push : pushes_) {
+    // k (thickness - n . (x + w u) weights) along n weights^T, with the new velocities u.
+    const Proximity& near = push.near;
+    const double gap = near.normal.dot(push.pair->corners(positions) * near.weights);
+    spread(push, stiffness_ * (thickness_ - gap) * near.normal, forces);
+    matrix.addTie({push.pair->particles, near.weights, near.normal, w * w * stiffness_});
+  }
+  return static_cast<std::uint32_t>(pushes_.size());
+}
+
+void SelfCollision::addBounds(Eigen::VectorXd& stiffness, Eigen::VectorXd& /*damping*/) const {
+  // A pair's matrix k G G^T has rows whose sums are at most 2 k.
+  stiffness.array() += 2.0 * kPushesAtOnce * stiffness_;
+}
+
+}  // namespace mass_spring
