@@ -124,6 +124,71 @@ TEST_P(Collides, RopeHangsOnTheRopeThatItCrosses) {
   }
 }
 
+/// A rope in a loose overhand knot: a trefoil, cut open at its outside.
+Particles looseKnot() {
+  constexpr int kFine = 6600, kSegments = 66;
+  constexpr double kPi = 3.14159265358979323846, kCut = 0.3, kSize = 0.05;
+  const auto at = [&](int n) {
+    const double t = kPi + kCut + (2.0 * kPi - 2.0 * kCut) * n / kFine;
+    return Eigen::Vector3d(kSize * Eigen::Vector3d(std::sin(t) + 2.0 * std::sin(2.0 * t),
+                                                   std::cos(t) - 2.0 * std::cos(2.0 * t),
+                                                   -std::sin(3.0 * t)));
+  };
+  double length = 0.0;
+  for (int n = 0; n < kFine; ++n) length += (at(n + 1) - at(n)).norm();
+  Particles rope;
+  double passed = 0.0;
+  for (int n = 0; n <= kFine; ++n) {
+    if (n > 0) passed += (at(n) - at(n - 1)).norm();
+    const auto count = static_cast<double>(rope.positions.size());
+    if (passed >= count * length / kSegments - 1e-12) rope.positions.push_back(at(n));
+  }
+  rope.velocities.assign(rope.positions.size(), Eigen::Vector3d::Zero());
+  rope.masses.assign(rope.positions.size(), 0.003);
+  for (std::uint32_t i = 0; i + 1 < rope.positions.size(); ++i) rope.springs.push_back({i, i + 1});
+  rope.stiffness.assign(rope.springs.size(), 1000.0);
+  rope.damping = std::vector<double>(rope.springs.size(), 0.05);
+  return rope;
+}
+
+TEST_P(Collides, KnotIsPulledTightAndHolds) {
+  const Particles rope = looseKnot();
+  const auto last = static_cast<std::uint32_t>(rope.positions.size()) - 1;
+  double length = 0.0;
+  for (std::uint32_t i = 0; i < last; ++i) {
+    length += (rope.positions[i + 1] - rope.positions[i]).norm();
+  }
+  for (const bool collides : {false, true}) {
+    Scene scene = under(GetParam(), rateFor(GetParam()));
+    scene.effects.gravity.reset();
+    scene.objects = {{"rope", {}, rope}};
+    scene.pins = {{"left", "rope", {last}}, {"right", "rope", {0}}};
+    if (collides) scene.effects.self_collision = SelfCollisionOptions{0.02, {}};
+    Simulation simulation(scene);
+    const auto pull = [&] {
+      for (const bool left : {false, true}) {
+        const Eigen::Vector3d start = rope.positions[left ? last : 0];
+        PinCommand move;
+        move.action = PinCommand::Action::kMove;
+        move.name = left ? "left" : "right";
+        const double way = std::min(0.5 * simulation.state().time, 0.45 * length);
+        move.target.position = start;
+        move.target.position.x() = (left ? -1.0 : 1.0) * std::max(std::abs(start.x()), way);
+        simulation.apply(move);
+      }
+    };
+    const int passed = passagesIn(simulation, 2.0, pull);
+    const double stretch = maxStretch(simulation.model(), simulation.state());
+    if (collides) {
+      EXPECT_EQ(passed, 0);
+      EXPECT_GT(stretch, 1.04);  // the knot takes more than a tenth of the rope
+    } else {
+      EXPECT_GE(passed, 1);
+      EXPECT_LT(stretch, 1.03);
+    }
+  }
+}
+
 // Far from anything, not a bit may change: also through resets and where nothing is at rest.
 TEST_P(Collides, ChangesNothingWhereNothingTouches) {
   Scene scene = hangingCloth(8, GetParam());

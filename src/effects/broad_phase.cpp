@@ -16,6 +16,15 @@ bool shareParticle(const std::array<std::uint32_t, N>& a, const std::array<std::
   });
 }
 
+template <std::size_t N>
+Vectors centres(const std::vector<std::array<std::uint32_t, N>>& elements, const Vectors& x) {
+  Vectors sums = Vectors::Zero(3, static_cast<Eigen::Index>(elements.size()));
+  for (std::size_t e = 0; e < elements.size(); ++e) {
+    for (const std::uint32_t i : elements[e]) sums.col(static_cast<Eigen::Index>(e)) += x.col(i);
+  }
+  return sums / static_cast<double>(N);
+}
+
 }  // namespace
 
 CollisionElements::CollisionElements(const Model& model)
@@ -51,7 +60,11 @@ CollisionElements::CollisionElements(const Model& model)
 }
 
 BroadPhase::BroadPhase(std::shared_ptr<const CollisionElements> elements, double distance)
-    : elements_(std::move(elements)), distance_(distance), margin_(kMargin * distance) {}
+    : elements_(std::move(elements)),
+      distance_(distance),
+      margin_(kMargin * distance),
+      triangles_(centres(elements_->triangles, elements_->rest)),
+      edges_(centres(elements_->edges, elements_->rest)) {}
 
 bool BroadPhase::covers(const Vectors& positions) const {
   if (from_.cols() != positions.cols()) return false;
@@ -78,28 +91,30 @@ bool BroadPhase::covers(const Vectors& positions) const {
 }
 
 template <std::size_t N>
-Box3 BroadPhase::box(const std::array<std::uint32_t, N>& particles) const {
-  Box3 hull{Eigen::Array3d::Constant(std::numeric_limits<double>::infinity()),
-            Eigen::Array3d::Constant(-std::numeric_limits<double>::infinity())};
-  for (const std::uint32_t i : particles) {
-    const Eigen::Array3d start = from_.col(i).array();
-    const Eigen::Array3d end = start + (way_.col(i) - mean_way_).array();
-    hull.low = hull.low.min(start.min(end));
-    hull.high = hull.high.max(start.max(end));
-  }
+AlignedBox BroadPhase::box(const std::array<std::uint32_t, N>& particles) const {
+  AlignedBox hull = AlignedBox::empty();
   const double reach = 0.5 * distance_ + margin_;
-  return {hull.low - reach, hull.high + reach};
+  for (const std::uint32_t i : particles) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto row = static_cast<Eigen::Index>(axis);
+      const double start = from_(row, i), end = start + way_(row, i) - mean_way_[row];
+      hull.low[axis] = std::min(hull.low[axis], std::min(start, end) - reach);
+      hull.high[axis] = std::max(hull.high[axis], std::max(start, end) + reach);
+    }
+  }
+  return hull;
 }
 
 void BroadPhase::take(const ElementPair& pair) {
   const double reach = distance_ + 2.0 * margin_ + mostApproach(pair.elements, pair.corners(way_));
-  const Corners x = pair.corners(from_);
-  if (!(leastDistance(pair.elements, x) <= reach)) return;
-  if (!(proximity(pair.elements, x).distance <= reach)) return;
+  if (!(leastDistance(pair.elements, pair.corners(from_)) <= reach)) return;
   const auto& object = elements_->object;
-  if (object[pair.particles[0]] == object[pair.particles[2]] &&
-      proximity(pair.elements, pair.corners(elements_->rest)).distance < distance_) {
-    return;
+  if (object[pair.particles[0]] == object[pair.particles[2]]) {
+    const Corners rest = pair.corners(elements_->rest);
+    if (leastDistance(pair.elements, rest) < distance_ &&
+        proximity(pair.elements, rest).distance < distance_) {
+      return;
+    }
   }
   pairs_.push_back(pair);
 }
@@ -111,17 +126,17 @@ void BroadPhase::refresh(const Vectors& from, const Vectors& to) {
   pairs_.clear();
   const auto& triangles = elements_->triangles;
   const auto& edges = elements_->edges;
-  const auto fill = [&](const auto& elements) {
+  const auto fit = [&](const auto& elements, BoxTree& tree) {
     boxes_.clear();
     for (const auto& particles : elements) boxes_.push_back(box(particles));
-    grid_.fill(boxes_);
+    tree.fit(boxes_);
   };
   if (!triangles.empty()) {
-    fill(triangles);
+    fit(triangles, triangles_);
     const auto particles = static_cast<std::uint32_t>(from.cols());
     for (std::uint32_t i = 0; i < particles; ++i) {
       const std::array<std::uint32_t, 1> particle{i};
-      grid_.find(box(particle), found_);
+      triangles_.find(box(particle), found_);
       for (const std::uint32_t t : found_) {
         const auto& [a, b, c] = triangles[t];
         if (shareParticle(particle, triangles[t])) continue;
@@ -130,9 +145,9 @@ void BroadPhase::refresh(const Vectors& from, const Vectors& to) {
     }
   }
   if (elements_->segments == 0) return;
-  fill(edges);
+  fit(edges, edges_);
   for (std::uint32_t s = 0; s < elements_->segments; ++s) {
-    grid_.find(boxes_[s], found_);
+    edges_.find(boxes_[s], found_);
     for (const std::uint32_t e : found_) {
       if (e <= s || shareParticle(edges[s], edges[e])) continue;
       take({{edges[s][0], edges[s][1], edges[e][0], edges[e][1]}, Elements::kSegments});

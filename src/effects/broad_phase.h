@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "effects/box_grid.h"
+#include "effects/box_tree.h"
 #include "effects/proximity.h"
 #include "mass_spring_sim/model.h"
 
@@ -54,7 +54,7 @@ class BroadPhase {
 
  private:
   template <std::size_t N>
-  Box3 box(const std::array<std::uint32_t, N>& particles) const;
+  AlignedBox box(const std::array<std::uint32_t, N>& particles) const;
   void take(const ElementPair& pair);
 
   std::shared_ptr<const CollisionElements> elements_;
@@ -62,8 +62,8 @@ class BroadPhase {
   std::vector<ElementPair> pairs_;
   Vectors from_, way_;  // none before the first refresh
   Eigen::Vector3d mean_way_;
-  BoxGrid grid_;
-  std::vector<Box3> boxes_;
+  BoxTree triangles_, edges_;
+  std::vector<AlignedBox> boxes_;
   std::vector<std::uint32_t> found_;
 };
 

@@ -66,12 +66,15 @@ bool SelfCollision::endSubstep(const Vectors& positions) {
   return passed;
 }
 
+double SelfCollision::distanceWithin(const ElementPair& pair, const Corners& x) const {
+  const double least = leastDistance(pair.elements, x);
+  return least < thickness_ ? proximity(pair.elements, x).distance : least;
+}
+
 void SelfCollision::findStartDistances() const {
   start_distances_.clear();
   for (const ElementPair& pair : broad_.pairs()) {
-    const Corners x = pair.corners(start_);
-    const double least = leastDistance(pair.elements, x);
-    start_distances_.push_back(least < thickness_ ? proximity(pair.elements, x).distance : least);
+    start_distances_.push_back(distanceWithin(pair, pair.corners(start_)));
   }
 }
 
@@ -194,23 +197,25 @@ std::uint32_t SelfCollision::linearise(const Vectors& positions, const Vectors& 
   cover(expected_);
   pushes_.clear();
   bool any_passed = false;
-  for (const ElementPair& pair : broad_.pairs()) {
+  for (std::size_t p = 0; p < broad_.pairs().size(); ++p) {
+    const ElementPair& pair = broad_.pairs()[p];
     const Corners now = pair.corners(positions), then = pair.corners(expected_);
+    const double distance = under_way_ ? start_distances_[p] : distanceWithin(pair, now);
     const double approach = mostApproach(pair.elements, then - now);
-    if (leastDistance(pair.elements, now) - approach >= thickness_) continue;
-    Proximity near = proximity(pair.elements, now);
-    if (near.distance - approach >= thickness_) continue;
-    const std::optional<Proximity> touch =
-        near.distance <= approach ? firstTouch(pair.elements, now, then) : std::nullopt;
-    if (touch) {
-      near = *touch;
-    } else if (const Proximity later = proximity(pair.elements, then);
-               later.distance < near.distance) {
-      near = later;  // if not, what is pushed out does not fall back in
+    if (distance - approach >= thickness_) continue;
+    // What is pushed out does not fall back in: the nearer one of what is and what is to come.
+    std::optional<Proximity> near =
+        distance <= approach ? firstTouch(pair.elements, now, then) : std::nullopt;
+    const bool touches = near.has_value();
+    if (!touches && leastDistance(pair.elements, then) < thickness_) {
+      near = proximity(pair.elements, then);
     }
-    if (!touch && near.distance >= thickness_) continue;
-    pushes_.push_back({&pair, near, touch.has_value()});
-    any_passed = any_passed || touch;
+    if (!touches && distance < thickness_ && !(near && near->distance < distance)) {
+      near = proximity(pair.elements, now);
+    }
+    if (!near || (!touches && near->distance >= thickness_)) continue;
+    pushes_.push_back({&pair, *near, touches});
+    any_passed = any_passed || touches;
   }
   if (any_passed) dropBesidePassed(positions, expected_);
   for (const Push& push : pushes_) {

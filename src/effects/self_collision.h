@@ -65,6 +65,8 @@ class SelfCollision : public Effect {
   /// Pairs for these positions and the way there from where the sub-step began.
   void cover(const Vectors& positions) const;
   void findStartDistances() const;
+  /// m, the distance where it is below the thickness, else no more than that.
+  double distanceWithin(const ElementPair& pair, const Corners& x) const;
   /// vectors += the push of a force [N], or what is like one, on the first element
   static void spread(const Push& push, const Eigen::Vector3d& force, Vectors& vectors);
 
