@@ -95,6 +95,22 @@ TEST(Allocations, NoneWhereSpringsStiffenAndYieldAndDoNotBreak) {
   }
 }
 
+TEST(Allocations, NoneWhereSheetsLieOnEachOther) {
+  for (const SchemeInfo& scheme : schemes()) {
+    Scene scene = hangingCloth(10, scheme.scheme);
+    scene.rate = 2000.0;
+    scene.objects.push_back(scene.objects.front());
+    scene.objects.back().name = "upper";
+    std::get<Cloth>(scene.objects.back().shape).position.z() += 0.018;
+    scene.effects.self_collision = SelfCollisionOptions{0.02, {}};
+    Simulation simulation(scene);
+    for (int n = 0; n < 3; ++n) simulation.step();
+    const long before = allocations;
+    for (int n = 0; n < 10; ++n) simulation.step();
+    EXPECT_EQ(allocations - before, 0) << scheme.name;
+  }
+}
+
 TEST(Allocations, AreCounted) {
   const long before = allocations;
   const Vectors vectors = Vectors::Zero(3, 10);

@@ -35,6 +35,19 @@ contact: {stiffness: 100, thickness: 0.02, friction: 0.3, slip_velocity: 0.002, 
   EXPECT_NE(yaml.find("type: capsule"), std::string::npos) << yaml;
 }
 
+TEST(EffectsReader, ReadsAndWritesSelfCollision) {
+  const auto read = [](const char* options) {
+    return readScene(sceneWith("effects", std::string("{self_collision: ") + options + "}"), "");
+  };
+  EXPECT_EQ(read("{thickness: 0.01}").effects.self_collision->thickness, 0.01);
+  EXPECT_FALSE(read("{thickness: 0.01}").effects.self_collision->stiffness);
+  const Scene scene = read("{thickness: 0.02, stiffness: 250}");
+  EXPECT_EQ(scene.effects.self_collision->stiffness, 250.0);
+  const std::string yaml = toYaml(scene);
+  EXPECT_EQ(toYaml(readScene(readYamlText(yaml, "scene"), "")), yaml);
+  EXPECT_NE(yaml.find("stiffness: 250"), std::string::npos) << yaml;
+}
+
 TEST(EffectsReader, NamesWhatIsWrongAndWhere) {
   const auto problem = [](const std::string& effects) {
     const auto problems = problemsOf(sceneWith("effects", effects));
@@ -56,6 +69,10 @@ TEST(EffectsReader, NamesWhatIsWrongAndWhere) {
             std::string("effects.contact.shapes.1st: got 1st, expected ") + kNameRule);
   EXPECT_EQ(problem("{air_drag: {coefficient: -1}}"),
             "effects.air_drag.coefficient: got -1, expected a number >= 0 (N s/m)");
+  EXPECT_EQ(problem("{self_collision: {thickness: 0}}"),
+            "effects.self_collision.thickness: got 0, expected a number > 0 (m)");
+  EXPECT_EQ(problem("{self_collision: {thickness: 0.01, stiffness: -2}}"),
+            "effects.self_collision.stiffness: got -2, expected a number > 0 (N/m)");
 }
 
 Tree windyScene(const std::string& wind) { return sceneWith("effects.wind", wind); }
