@@ -14,6 +14,9 @@ constexpr double kPushesAtOnce = 4.0;
 // In units of mass / step^2: as much as explicit schemes bear.
 constexpr double kFirm = 0.1;
 
+// Those round a particle of a sheet push together.
+constexpr double kTrianglesRound = 6.0;
+
 double median(std::vector<double> values) {
   if (values.empty()) return 0.0;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -24,25 +27,33 @@ double median(std::vector<double> values) {
 /// As hard as the springs that pull things into each other: at that stiffness, and at least the
 /// rigidity EA = k L divided by the thickness, a strain of the springs presses by about as large a
 /// share of the thickness. Where springs are slacker than a step could notice, what steps bear.
-double defaultStiffness(const Model& model, double thickness, double rate) {
+double defaultStiffness(const Model& model, Elements elements, double thickness, double rate) {
+  const bool surface = elements == Elements::kParticleAndTriangle;
   std::vector<double> stiffnesses, masses(model.masses.begin(), model.masses.end());
   for (const Spring& s : model.springs) {
     if (s.kind != SpringKind::kStructural || s.stiffness == 0.0) continue;
+    if (model.objectOf(s.i).has_surface != surface) continue;
     stiffnesses.push_back(s.stiffness * std::max(1.0, s.rest_length / thickness));
   }
-  return std::max(median(std::move(stiffnesses)), kFirm * rate * rate * median(std::move(masses)));
+  const double all =
+      std::max(median(std::move(stiffnesses)), kFirm * rate * rate * median(std::move(masses)));
+  return surface ? all / kTrianglesRound : all;
 }
 
 }  // namespace
 
 SelfCollision::SelfCollision(const SelfCollisionOptions& options, const Model& model, double rate)
     : thickness_(options.thickness),
-      stiffness_(options.stiffness ? *options.stiffness
-                                   : defaultStiffness(model, options.thickness, rate)),
       elements_(std::make_shared<CollisionElements>(model)),
       broad_(elements_, options.thickness),
       beside_(model.particleCount(), 0),
-      stepping_thread_(std::thread::id()) {}
+      stepping_thread_(std::thread::id()) {
+  for (const Elements e : {Elements::kParticleAndTriangle, Elements::kSegments}) {
+    stiffness_[static_cast<std::size_t>(e)] =
+        options.stiffness ? *options.stiffness
+                          : defaultStiffness(model, e, options.thickness, rate);
+  }
+}
 
 void SelfCollision::beginSubstep(const Vectors& positions, const Vectors& velocities, double h) {
   stepping_thread_ = std::this_thread::get_id();
@@ -132,7 +143,7 @@ void SelfCollision::addEnergy(const Vectors& positions, Energy& energy) const {
   const auto add = [&](const BroadPhase& broad) {
     for (const ElementPair& pair : broad.pairs()) {
       const double depth = thickness_ - proximity(pair.elements, pair.corners(positions)).distance;
-      if (depth > 0.0) energy.elastic += 0.5 * stiffness_ * depth * depth;
+      if (depth > 0.0) energy.elastic += 0.5 * stiffness(pair) * depth * depth;
     }
   };
   if (stepping_thread_ == std::this_thread::get_id()) {
@@ -156,8 +167,8 @@ void SelfCollision::addForces(const Vectors& positions, const Vectors& /*velocit
                               Vectors& forces, Energy& energy, double& /*dissipation*/) const {
   findPushes(positions);
   for (const Push& push : pushes_) {
-    energy.elastic += 0.5 * stiffness_ * depth(push) * depth(push);
-    spread(push, stiffness_ * depth(push) * push.side() * push.near.normal, forces);
+    energy.elastic += 0.5 * stiffness(*push.pair) * depth(push) * depth(push);
+    spread(push, stiffness(*push.pair) * depth(push) * push.side() * push.near.normal, forces);
   }
 }
 
@@ -169,8 +180,8 @@ void SelfCollision::addForceDerivative(const Vectors& x, const Vectors& /*v*/, c
     const Proximity& near = push.near;
     const Corners changed = push.pair->corners(dx);
     const ProximityRate turned = rate(near, push.pair->corners(x), changed);
-    const double pressure = stiffness_ * depth(push) * push.side();
-    const double more = -stiffness_ * near.normal.dot(changed * near.weights);
+    const double pressure = stiffness(*push.pair) * depth(push) * push.side();
+    const double more = -stiffness(*push.pair) * near.normal.dot(changed * near.weights);
     spread(push, more * near.normal + pressure * turned.normal, df);
     for (int a = 0; a < 4; ++a) {
       df.col(push.pair->particles[static_cast<std::size_t>(a)]) +=
@@ -186,7 +197,7 @@ std::uint32_t SelfCollision::addDerivatives(const Vectors& positions, const Vect
   findPushes(positions);
   for (const Push& push : pushes_) {
     matrix.addTie({push.pair->particles, push.near.weights, push.near.normal,
-                   weights.stiffness * stiffness_});
+                   weights.stiffness * stiffness(*push.pair)});
   }
   return projection == Projection::kNone ? 0 : static_cast<std::uint32_t>(pushes_.size());
 }
@@ -222,15 +233,15 @@ std::uint32_t SelfCollision::linearise(const Vectors& positions, const Vectors& 
     // k (thickness - n . (x + w u) weights) along n weights^T, with the new velocities u.
     const Proximity& near = push.near;
     const double gap = near.normal.dot(push.pair->corners(positions) * near.weights);
-    spread(push, stiffness_ * (thickness_ - gap) * near.normal, forces);
-    matrix.addTie({push.pair->particles, near.weights, near.normal, w * w * stiffness_});
+    spread(push, stiffness(*push.pair) * (thickness_ - gap) * near.normal, forces);
+    matrix.addTie({push.pair->particles, near.weights, near.normal, w * w * stiffness(*push.pair)});
   }
   return static_cast<std::uint32_t>(pushes_.size());
 }
 
 void SelfCollision::addBounds(Eigen::VectorXd& stiffness, Eigen::VectorXd& /*damping*/) const {
   // A pair's matrix k G G^T has rows whose sums are at most 2 k.
-  stiffness.array() += 2.0 * kPushesAtOnce * stiffness_;
+  stiffness.array() += 2.0 * kPushesAtOnce * std::max(stiffness_[0], stiffness_[1]);
 }
 
 }  // namespace mass_spring

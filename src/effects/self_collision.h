@@ -24,7 +24,6 @@ class SelfCollision : public Effect {
   SelfCollision(const SelfCollisionOptions& options, const Model& model, double rate);
 
   std::vector<std::string> names() const override { return {"self_collision"}; }
-  double stiffness() const { return stiffness_; }  ///< N/m
 
   void beginSubstep(const Vectors& positions, const Vectors& velocities, double h) override;
   bool endSubstep(const Vectors& positions) override;
@@ -70,7 +69,12 @@ class SelfCollision : public Effect {
   /// vectors += the push of a force [N], or what is like one, on the first element
   static void spread(const Push& push, const Eigen::Vector3d& force, Vectors& vectors);
 
-  double thickness_, stiffness_;
+  double stiffness(const ElementPair& pair) const {
+    return stiffness_[static_cast<std::size_t>(pair.elements)];
+  }
+
+  double thickness_;
+  std::array<double, 2> stiffness_;  // N/m, by Elements
   std::shared_ptr<const CollisionElements> elements_;
   // Of the thread that steps; others look for themselves.
   mutable BroadPhase broad_;

@@ -81,7 +81,7 @@ ConjugateGradient::ConjugateGradient(std::unique_ptr<Preconditioner> preconditio
 void ConjugateGradient::prepare(const StepMatrix& matrix) {
   matrix_ = &matrix;
   prepared_ = false;
-  in_floats_ = preconditioner_->multiplies() && matrix.ties().empty();
+  in_floats_ = preconditioner_->multiplies();
 }
 
 template <typename Work>
@@ -100,7 +100,9 @@ double ConjugateGradient::findResidual(const Vectors& b, const Vectors& x) {
 }
 
 double ConjugateGradient::multiply(const FloatVectors& p, FloatVectors& q) const {
-  return preconditioner_->multiply(p, q);
+  const double unit = preconditioner_->multiply(p, q);
+  matrix_->addTies(1.0 / unit, p, q);
+  return unit;
 }
 
 double ConjugateGradient::multiply(const Vectors& p, Vectors& q) const {

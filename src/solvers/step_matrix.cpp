@@ -34,20 +34,7 @@ void StepMatrix::multiply(const Vectors& x, Vectors& y) const {
     multiplyRows(begin, end, in, out);
   });
   addCoupling(in, out);
-  addTies(x, y);
-}
-
-void StepMatrix::addTies(const Vectors& x, Vectors& y) const {
-  for (const Tie& tie : ties_) {
-    double sum = 0.0;
-    for (int a = 0; a < 4; ++a) {
-      sum += tie.weights[a] * tie.normal.dot(x.col(tie.particles[static_cast<std::size_t>(a)]));
-    }
-    const Eigen::Vector3d along = tie.stiffness * sum * tie.normal;
-    for (int a = 0; a < 4; ++a) {
-      y.col(tie.particles[static_cast<std::size_t>(a)]) += tie.weights[a] * along;
-    }
-  }
+  addTies(1.0, x, y);
 }
 
 MASS_SPRING_DISPATCH

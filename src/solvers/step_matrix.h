@@ -66,6 +66,9 @@ class StepMatrix {
   }
   /// y = A x
   void multiply(const Vectors& x, Vectors& y) const;
+  /// y += scale times what ties make of x. Floats have a fourth row, which stays as it is.
+  template <typename V>
+  void addTies(double scale, const V& x, V& y) const;
   /// Adds a share of the largest diagonal entry to the whole diagonal.
   void shift(double share);
   /// Drops the blocks between pinned particles and all others: what is left solves for the free.
@@ -74,7 +77,6 @@ class StepMatrix {
  private:
   void multiplyRows(std::uint32_t begin, std::uint32_t end, const double* x, double* y) const;
   void addCoupling(const double* x, double* y) const;
-  void addTies(const Vectors& x, Vectors& y) const;
 
   std::shared_ptr<const BlockPattern> pattern_;
   ThreadPool* threads_;
@@ -83,5 +85,21 @@ class StepMatrix {
   std::vector<Tie> ties_;
   Eigen::VectorXd weighted_masses_;
 };
+
+template <typename V>
+void StepMatrix::addTies(double scale, const V& x, V& y) const {
+  for (const Tie& tie : ties_) {
+    double sum = 0.0;
+    for (int a = 0; a < 4; ++a) {
+      const std::uint32_t i = tie.particles[static_cast<std::size_t>(a)];
+      sum += tie.weights[a] * tie.normal.dot(x.col(i).template head<3>().template cast<double>());
+    }
+    const Eigen::Vector3d along = scale * tie.stiffness * sum * tie.normal;
+    for (int a = 0; a < 4; ++a) {
+      const std::uint32_t i = tie.particles[static_cast<std::size_t>(a)];
+      y.col(i).template head<3>() += (tie.weights[a] * along).cast<typename V::Scalar>();
+    }
+  }
+}
 
 }  // namespace mass_spring
