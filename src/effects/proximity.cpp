@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace mass_spring {
 namespace {
@@ -40,21 +41,11 @@ Proximity measured(Proximity near, const Corners& x) {
   return near;
 }
 
-/// Particle 0 and the segment from particle a to particle b.
-Proximity particleToSegment(const Corners& x, int a, int b) {
+/// Where on the segment from particle a to particle b the nearest place to particle 0 is.
+double placeOnSide(const Corners& x, int a, int b) {
   const Eigen::Vector3d along = x.col(b) - x.col(a);
   const double square = along.squaredNorm();
-  const double at =
-      square > 0.0 ? std::clamp(along.dot(x.col(0) - x.col(a)) / square, 0.0, 1.0) : 0.0;
-  Eigen::Vector4d weights = Eigen::Vector4d::UnitX();
-  weights[a] = at - 1.0;
-  weights[b] = -at;
-  Proximity near = withoutDistance(weights);
-  if (at > 0.0 && at < 1.0) {
-    near.freedoms = 1;
-    near.free_weights.col(0) = Eigen::Vector4d::Unit(a) - Eigen::Vector4d::Unit(b);
-  }
-  return near;
+  return square > 0.0 ? std::clamp(along.dot(x.col(0) - x.col(a)) / square, 0.0, 1.0) : 0.0;
 }
 
 Proximity particleToTriangle(const Corners& x) {
@@ -63,26 +54,39 @@ Proximity particleToTriangle(const Corners& x) {
   const double bb = to_b.squaredNorm(), bc = to_b.dot(to_c), cc = to_c.squaredNorm();
   const double pb = to_particle.dot(to_b), pc = to_particle.dot(to_c);
   const double determinant = bb * cc - bc * bc;
-  if (determinant > kParallel * bb * cc) {
-    const double b = (cc * pb - bc * pc) / determinant, c = (bb * pc - bc * pb) / determinant;
-    if (b > 0.0 && c > 0.0 && b + c < 1.0) {
-      Proximity near = withoutDistance({1.0, b + c - 1.0, -b, -c});
-      near.freedoms = 2;
-      near.free_weights.col(0) = Eigen::Vector4d(0.0, 1.0, -1.0, 0.0);
-      near.free_weights.col(1) = Eigen::Vector4d(0.0, 1.0, 0.0, -1.0);
-      return near;
-    }
+  const bool flat = !(determinant > kParallel * bb * cc);
+  const double b = (cc * pb - bc * pc) / determinant, c = (bb * pc - bc * pb) / determinant;
+  if (!flat && b > 0.0 && c > 0.0 && b + c < 1.0) {
+    Proximity near = withoutDistance({1.0, b + c - 1.0, -b, -c});
+    near.freedoms = 2;
+    near.free_weights.col(0) = Eigen::Vector4d(0.0, 1.0, -1.0, 0.0);
+    near.free_weights.col(1) = Eigen::Vector4d(0.0, 1.0, 0.0, -1.0);
+    return near;
   }
-  Proximity nearest = particleToSegment(x, 1, 2);
-  double least = (x * nearest.weights).squaredNorm();
-  for (const int a : {2, 3}) {
-    const Proximity other = particleToSegment(x, a, a % 3 + 1);
-    const double square = (x * other.weights).squaredNorm();
+  // The nearest place lies on a side beyond which the particle is.
+  const double inside[3] = {c, 1.0 - b - c, b};  // of the sides 1 2, 2 3, 3 1
+  double least = std::numeric_limits<double>::infinity(), at = 0.0;
+  int first = 1;
+  for (int a = 1; a <= 3; ++a) {
+    if (!flat && inside[a - 1] > 0.0) continue;
+    const double place = placeOnSide(x, a, a % 3 + 1);
+    const double square =
+        (x.col(0) - (1.0 - place) * x.col(a) - place * x.col(a % 3 + 1)).squaredNorm();
     if (square >= least) continue;
     least = square;
-    nearest = other;
+    first = a;
+    at = place;
   }
-  return nearest;
+  const int second = first % 3 + 1;
+  Eigen::Vector4d weights = Eigen::Vector4d::UnitX();
+  weights[first] = at - 1.0;
+  weights[second] = -at;
+  Proximity near = withoutDistance(weights);
+  if (at > 0.0 && at < 1.0) {
+    near.freedoms = 1;
+    near.free_weights.col(0) = Eigen::Vector4d::Unit(first) - Eigen::Vector4d::Unit(second);
+  }
+  return near;
 }
 
 // The nearest points of the two lines, moved into the segments one after the other (Ericson,
