@@ -102,10 +102,10 @@ TEST(Allocations, NoneWhereSheetsLieOnEachOther) {
     scene.objects.push_back(scene.objects.front());
     scene.objects.back().name = "upper";
     std::get<Cloth>(scene.objects.back().shape).position.z() += 0.018;
-    scene.effects.self_collision = SelfCollisionOptions{0.02, {}};
+    scene.effects.self_collision = SelfCollisionOptions{0.02, 1.0};
     Simulation simulation(scene);
-    // Lists grow with the pairs that are near, until the sheets have come together.
-    for (int n = 0; n < 40; ++n) simulation.step();
+    // The first touch may cost a step that is redone, and a message that says so.
+    for (int n = 0; n < 3; ++n) simulation.step();
     const long before = allocations;
     for (int n = 0; n < 10; ++n) simulation.step();
     EXPECT_EQ(allocations - before, 0) << scheme.name;
