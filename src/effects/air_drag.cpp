@@ -4,6 +4,8 @@
 
 namespace mass_spring {
 
+AirDrag::AirDrag(double coefficient) : coefficient_(coefficient) {}
+
 std::uint32_t AirDrag::addDerivatives(const Vectors& /*positions*/, const Vectors& /*velocities*/,
                                       const MatrixWeights& weights, Projection /*projection*/,
                                       StepMatrix& matrix) const {

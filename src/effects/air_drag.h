@@ -8,7 +8,7 @@ namespace mass_spring {
 class AirDrag : public Effect {
  public:
   /// @param coefficient  N s/m per particle, >= 0
-  explicit AirDrag(double coefficient) : coefficient_(coefficient) {}
+  explicit AirDrag(double coefficient);
   std::vector<std::string> names() const override { return {"air_drag"}; }
   void addForces(const Vectors& /*positions*/, const Vectors& velocities,
                  Vectors& forces) const override {
