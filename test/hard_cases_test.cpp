@@ -14,7 +14,8 @@ class HardCaseTest : public testing::Test {
   void TestBody() override {
     Trial again = trial_;
     row_.run(trial_);
-#ifndef MASS_SPRING_SANITIZED  // the sanitizers would see in a second run what they saw in the first
+#ifndef MASS_SPRING_SANITIZED  // the sanitizers would see in a second run what they saw in the
+                               // first
     if (HasFailure()) return;
     row_.run(again);
     EXPECT_EQ(trial_.fingerprint, again.fingerprint) << "other bytes on the second run";

@@ -14,8 +14,8 @@
 
 namespace mass_spring {
 
-/// Takes commands from ~force, ~pin and ~shape to the physics loop and says on ~applied and ~rejected what
-/// became of them.
+/// Takes commands from ~force, ~pin and ~shape to the physics loop and says on ~applied and
+/// ~rejected what became of them.
 class Commands {
  public:
   /// @param nh  private node handle, whose queue has one thread, so that commands keep their order

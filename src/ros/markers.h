@@ -65,7 +65,7 @@ class Markers {
   const Model* model_;
   std::string frame_id_;
   Detail detail_;
-  std::vector<Look> looks_;  ///< per object
+  std::vector<Look> looks_;                ///< per object
   visualization_msgs::MarkerArray array_;  ///< kept for its memory
   std::size_t used_ = 0;                   ///< of array_.markers
 };

@@ -1,7 +1,6 @@
 #include "scene/references.h"
 
 #include <algorithm>
-
 #include <iterator>
 #include <unordered_set>
 
