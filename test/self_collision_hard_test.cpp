@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include <random>
-#include <thread>
 
 #include "mass_spring_sim/measures.h"
 #include "mass_spring_sim/simulation.h"
@@ -104,22 +103,6 @@ TEST_P(CrumpledSheet, LongStepsOfStiffSheetsSayWhatPassed) {
       EXPECT_LE(energy(simulation.model(), simulation.state()).total(), start + 1e-3);
     }
   }
-}
-
-// A thread that watches looks for itself, and sees the same.
-TEST(SelfCollision, EnergyIsTheSameFromAnyThread) {
-  Scene scene = sheetInVacuum(100.0, 100.0, Scheme::kLinearImplicitEuler);
-  Simulation simulation(scene);
-  scramble(simulation, 0.12);
-  simulation.step();
-  double elsewhere = 0.0;
-  std::thread watcher([&] { elsewhere = energy(simulation.model(), simulation.state()).elastic; });
-  watcher.join();
-  const double here = energy(simulation.model(), simulation.state()).elastic;
-  EXPECT_EQ(elsewhere, here);
-  scene.effects.self_collision.reset();
-  const Simulation without(scene);
-  EXPECT_GT(here, energy(without.model(), simulation.state()).elastic);
 }
 
 }  // namespace

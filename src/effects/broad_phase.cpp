@@ -59,12 +59,12 @@ CollisionElements::CollisionElements(const Model& model)
   edges.insert(edges.end(), sides.begin(), sides.end());
 }
 
-BroadPhase::BroadPhase(std::shared_ptr<const CollisionElements> elements, double distance)
+BroadPhase::BroadPhase(CollisionElements elements, double distance)
     : elements_(std::move(elements)),
       distance_(distance),
       margin_(kMargin * distance),
-      triangles_(centres(elements_->triangles, elements_->rest)),
-      edges_(centres(elements_->edges, elements_->rest)) {}
+      triangles_(centres(elements_.triangles, elements_.rest)),
+      edges_(centres(elements_.edges, elements_.rest)) {}
 
 bool BroadPhase::covers(const Vectors& positions) const {
   if (from_.cols() != positions.cols()) return false;
@@ -108,9 +108,9 @@ AlignedBox BroadPhase::box(const std::array<std::uint32_t, N>& particles) const 
 void BroadPhase::take(const ElementPair& pair) {
   const double reach = distance_ + 2.0 * margin_ + mostApproach(pair.elements, pair.corners(way_));
   if (!(leastDistance(pair.elements, pair.corners(from_)) <= reach)) return;
-  const auto& object = elements_->object;
+  const auto& object = elements_.object;
   if (object[pair.particles[0]] == object[pair.particles[2]]) {
-    const Corners rest = pair.corners(elements_->rest);
+    const Corners rest = pair.corners(elements_.rest);
     if (leastDistance(pair.elements, rest) < distance_ &&
         proximity(pair.elements, rest).distance < distance_) {
       return;
@@ -124,8 +124,8 @@ void BroadPhase::refresh(const Vectors& from, const Vectors& to) {
   way_ = to - from;
   mean_way_ = way_.rowwise().mean();
   pairs_.clear();
-  const auto& triangles = elements_->triangles;
-  const auto& edges = elements_->edges;
+  const auto& triangles = elements_.triangles;
+  const auto& edges = elements_.edges;
   const auto fit = [&](const auto& elements, BoxTree& tree) {
     boxes_.clear();
     for (const auto& particles : elements) boxes_.push_back(box(particles));
@@ -144,9 +144,9 @@ void BroadPhase::refresh(const Vectors& from, const Vectors& to) {
       }
     }
   }
-  if (elements_->segments == 0) return;
+  if (elements_.segments == 0) return;
   fit(edges, edges_);
-  for (std::uint32_t s = 0; s < elements_->segments; ++s) {
+  for (std::uint32_t s = 0; s < elements_.segments; ++s) {
     edges_.find(boxes_[s], found_);
     for (const std::uint32_t e : found_) {
       if (e <= s || shareParticle(edges[s], edges[e])) continue;

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <memory>
 #include <vector>
 
 #include "effects/box_tree.h"
@@ -43,7 +42,7 @@ struct ElementPair {
 class BroadPhase {
  public:
   /// @param distance  m, > 0: nearer pairs are found
-  BroadPhase(std::shared_ptr<const CollisionElements> elements, double distance);
+  BroadPhase(CollisionElements elements, double distance);
 
   const std::vector<ElementPair>& pairs() const { return pairs_; }
   /// Whether pairs() has all that are near at these positions, or on a straight way between any
@@ -57,7 +56,7 @@ class BroadPhase {
   AlignedBox box(const std::array<std::uint32_t, N>& particles) const;
   void take(const ElementPair& pair);
 
-  std::shared_ptr<const CollisionElements> elements_;
+  CollisionElements elements_;
   double distance_, margin_;
   std::vector<ElementPair> pairs_;
   Vectors from_, way_;  // none before the first refresh

@@ -44,10 +44,8 @@ double defaultStiffness(const Model& model, Elements elements, double thickness,
 
 SelfCollision::SelfCollision(const SelfCollisionOptions& options, const Model& model, double rate)
     : thickness_(options.thickness),
-      elements_(std::make_shared<CollisionElements>(model)),
-      broad_(elements_, options.thickness),
-      beside_(model.particleCount(), 0),
-      stepping_thread_(std::thread::id()) {
+      broad_(CollisionElements(model), options.thickness),
+      beside_(model.particleCount(), 0) {
   for (const Elements e : {Elements::kParticleAndTriangle, Elements::kSegments}) {
     stiffness_[static_cast<std::size_t>(e)] =
         options.stiffness ? *options.stiffness
@@ -56,7 +54,6 @@ SelfCollision::SelfCollision(const SelfCollisionOptions& options, const Model& m
 }
 
 void SelfCollision::beginSubstep(const Vectors& positions, const Vectors& velocities, double h) {
-  stepping_thread_ = std::this_thread::get_id();
   start_ = positions;
   under_way_ = true;
   expected_ = positions + h * velocities;
@@ -140,19 +137,10 @@ void SelfCollision::spread(const Push& push, const Eigen::Vector3d& force, Vecto
 }
 
 void SelfCollision::addEnergy(const Vectors& positions, Energy& energy) const {
-  const auto add = [&](const BroadPhase& broad) {
-    for (const ElementPair& pair : broad.pairs()) {
-      const double depth = thickness_ - proximity(pair.elements, pair.corners(positions)).distance;
-      if (depth > 0.0) energy.elastic += 0.5 * stiffness(pair) * depth * depth;
-    }
-  };
-  if (stepping_thread_ == std::this_thread::get_id()) {
-    cover(positions);
-    add(broad_);
-  } else {
-    BroadPhase own(elements_, thickness_);
-    own.refresh(positions, positions);
-    add(own);
+  cover(positions);
+  for (const ElementPair& pair : broad_.pairs()) {
+    const double depth = thickness_ - distanceWithin(pair, pair.corners(positions));
+    if (depth > 0.0) energy.elastic += 0.5 * stiffness(pair) * depth * depth;
   }
 }
 

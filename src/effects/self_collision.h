@@ -1,8 +1,5 @@
 #pragma once
 
-#include <atomic>
-#include <memory>
-#include <thread>
 #include <vector>
 
 #include "effects/broad_phase.h"
@@ -29,7 +26,6 @@ class SelfCollision : public Effect {
   bool endSubstep(const Vectors& positions) override;
   bool ties() const override { return true; }
 
-  /// From any thread, also while another one steps.
   void addEnergy(const Vectors& positions, Energy& energy) const override;
   void addForces(const Vectors& positions, const Vectors& velocities,
                  Vectors& forces) const override;
@@ -75,14 +71,11 @@ class SelfCollision : public Effect {
 
   double thickness_;
   std::array<double, 2> stiffness_;  // N/m, by Elements
-  std::shared_ptr<const CollisionElements> elements_;
-  // Of the thread that steps; others look for themselves.
   mutable BroadPhase broad_;
   mutable std::vector<Push> pushes_;
   mutable std::vector<char> beside_;  // per particle, whether something has passed it
   mutable std::vector<double>
       start_distances_;  // m, at most those of the pairs, while a sub-step is under way
-  std::atomic<std::thread::id> stepping_thread_;
   bool under_way_ = false;
   Vectors start_;
   mutable Vectors expected_;
