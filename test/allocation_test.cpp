@@ -7,7 +7,7 @@
 #include "problems.h"
 
 // The sanitizers bring an allocator of their own; the count is made in the plain build.
-#if defined(__GLIBC__) && !defined(MASS_SPRING_SANITIZED)
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
 
 namespace {
 std::atomic<long> allocations{0};

@@ -31,7 +31,7 @@ bool applies(const HardCase& row, const SchemeInfo& scheme) {
 /// the ends of each range are, and of two ends by two those on one diagonal: one or the other from
 /// scheme to scheme. So it is with the two ends of a single range.
 bool isMade(const HardCase& row, const SchemeInfo& scheme, double stiffness, double h) {
-#ifdef MASS_SPRING_SANITIZED
+#ifdef __SANITIZE_ADDRESS__
   const auto end = [](const std::vector<double>& values, double value) {
     return value == values.front() ? 0 : value == values.back() ? 1 : -1;
   };

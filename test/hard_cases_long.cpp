@@ -20,7 +20,7 @@ Eigen::Index subnormals(const Vectors& vectors) {
 }  // namespace
 
 void millionSteps(Trial& trial) {
-#ifdef MASS_SPRING_SANITIZED
+#ifdef __SANITIZE_ADDRESS__
   const int steps = 20'000;
 #else
   const int steps = trial.scheme == Scheme::kSymplecticEuler ? 1'000'000 : 100'000;

@@ -141,7 +141,7 @@ void thousandComponents(Trial& trial) {
   Particles all;
   all.rest_lengths.emplace();
   std::vector<Particles> alone;
-#ifdef MASS_SPRING_SANITIZED
+#ifdef __SANITIZE_ADDRESS__
   const int components = 100;
 #else
   const int components = 1000;
@@ -210,7 +210,7 @@ void stiffnessZero(Trial& trial) {
 }
 
 void longRope(Trial& trial) {
-#ifdef MASS_SPRING_SANITIZED
+#ifdef __SANITIZE_ADDRESS__
   const int links = 1000;
 #else
   const int links = 10000;

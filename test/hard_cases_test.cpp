@@ -14,8 +14,8 @@ class HardCaseTest : public testing::Test {
   void TestBody() override {
     Trial again = trial_;
     row_.run(trial_);
-#ifndef MASS_SPRING_SANITIZED  // the sanitizers would see in a second run what they saw in the
-                               // first
+#ifndef __SANITIZE_ADDRESS__  // the sanitizers would see in a second run what they saw in the
+                              // first
     if (HasFailure()) return;
     row_.run(again);
     EXPECT_EQ(trial_.fingerprint, again.fingerprint) << "other bytes on the second run";
@@ -48,7 +48,7 @@ TEST(HardCases, AreSeveralHundredRunsOfThirtyCases) {
     runs += trials(row).size();
   }
   for (int number = 1; number <= 30; ++number) EXPECT_TRUE(seen[number]) << number;
-#ifndef MASS_SPRING_SANITIZED
+#ifndef __SANITIZE_ADDRESS__
   EXPECT_GE(runs, 300u);
 #endif
 }

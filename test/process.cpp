@@ -15,7 +15,7 @@ namespace {
 constexpr std::chrono::seconds kDeadline{60};
 constexpr int kPollMilliseconds = 10;
 
-#if defined(MASS_SPRING_SANITIZED)
+#if defined(__SANITIZE_ADDRESS__)
 constexpr bool kLimitMemory = false;  // the sanitizer reserves terabytes of addresses
 #else
 constexpr bool kLimitMemory = true;

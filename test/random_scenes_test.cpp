@@ -36,7 +36,7 @@ class RandomScene : public testing::Test {
   std::uint32_t seed_;
 };
 
-#ifdef MASS_SPRING_SANITIZED
+#ifdef __SANITIZE_ADDRESS__
 constexpr std::uint32_t kScenes = 50;  // the sanitizers make everything ten times slower
 #else
 constexpr std::uint32_t kScenes = 200;
