@@ -53,19 +53,34 @@ double EnergyCheck::powerOfEffects(const Vectors& positions, const Vectors& velo
   return power;
 }
 
+double EnergyCheck::fedByTime(const Vectors& positions, const Drive& drive) const {
+  Energy now, then;
+  for (const auto& effect : model_.effects) {
+    if (!effect->setTime(drive.time)) continue;
+    effect->addEnergy(positions, now);
+    effect->setTime(drive.time + h_);
+    effect->addEnergy(positions, then);
+    effect->setTime(drive.time);
+  }
+  return then.total() - now.total();
+}
+
 void EnergyCheck::start(double h, const State& state, const Drive& drive) {
   h_ = h;
-  const bool timed = setTime(model_, drive.time);
+  setTime(model_, drive.time);
   start_ = state.positions;
   before_ = energyOfFree(state.positions, state.velocities, drive);
   fed_ = powerOfEffects(state.positions, state.velocities);
-  alone_ = power_ = 0.0;
+  power_ = 0.0;
   pins_move_ = false;
   for (Eigen::Index i = 0; i < start_.cols(); ++i) {
     pins_move_ = pins_move_ || (drive.isPinned(i) && !state.velocities.col(i).isZero(0.0));
   }
-  if (!pins_move_ && !timed) return;
-  if (pins_move_) power_ = pinPower(state, drive);
+  if (!pins_move_) {
+    alone_ = fedByTime(start_, drive);
+    return;
+  }
+  power_ = pinPower(state, drive);
   scratch_ = start_;
   for (Eigen::Index i = 0; i < start_.cols(); ++i) {
     if (drive.isPinned(i)) scratch_.col(i) += h * state.velocities.col(i);
@@ -85,7 +100,8 @@ bool EnergyCheck::gained(const State& end, const Drive& drive) {
     scratch_ = (end.positions - start_) / h_;
     power = std::max(power, powerOfEffects(end.positions, scratch_));
   }
-  double work = h_ * power;
+  // Shapes that move: by what they feed in, or by what they would if nothing gave way.
+  double work = pins_move_ ? h_ * power : std::max(h_ * power, alone_);
   if (drive.loads) {
     for (Eigen::Index i = 0; i < start_.cols(); ++i) {
       if (drive.isPinned(i)) continue;
@@ -94,8 +110,6 @@ bool EnergyCheck::gained(const State& end, const Drive& drive) {
   }
   if (pins_move_) {
     work += std::max(alone_, 0.5 * h_ * (power_ + pinPower(end, drive)));
-  } else {
-    work += std::max(alone_, 0.0);
   }
   scale_ = before_.kinetic + before_.elastic + after.kinetic + after.elastic +
            std::abs(after.gravity - before_.gravity) + std::abs(work);

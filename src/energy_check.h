@@ -7,8 +7,8 @@
 namespace mass_spring {
 
 /// Compares the energy after a step with the energy before it and the work done from outside:
-/// forces times displacements, and what pins do by moving. Pinned particles have no kinetic energy
-/// here, as their motion is prescribed.
+/// forces times displacements, what pins and shapes do by moving, and the wind. Pinned particles
+/// have no kinetic energy here, as their motion is prescribed.
 class EnergyCheck {
  public:
   explicit EnergyCheck(const Model& model);
@@ -31,6 +31,8 @@ class EnergyCheck {
   Energy energyOfFree(const Vectors& positions, const Vectors& velocities,
                       const Drive& drive) const;
   double powerOfEffects(const Vectors& positions, const Vectors& velocities) const;
+  /// What effects that depend on time would feed in if all particles stayed where they are [J].
+  double fedByTime(const Vectors& positions, const Drive& drive) const;
   /// What the pins do to the particles by moving [W].
   double pinPower(const State& state, const Drive& drive);
 

@@ -38,6 +38,13 @@ Scene hangingCloth(int n, Scheme scheme) {
   return scene;
 }
 
+double observedOrder(const std::function<Vectors(double rate)>& end, double rate) {
+  const Vectors coarse = end(rate), middle = end(2.0 * rate), fine = end(4.0 * rate);
+  const double difference = (middle - fine).norm();
+  EXPECT_GT(difference, 1e-10);  // what solvers leave has to be far below
+  return std::log2((coarse - middle).norm() / difference);
+}
+
 bool sameBytes(const Vectors& a, const Vectors& b) {
   return a.size() == b.size() &&
          std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) == 0;

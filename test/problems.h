@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -49,6 +50,10 @@ Particles byHand(const Scene& scene);
 /// A chain of `links` springs of rest length `length` from the origin along a direction, at rest.
 Particles chain(int links, double length, const Eigen::Vector3d& direction, double mass,
                 double stiffness);
+
+/// The order at which answers converge as the rate doubles, twice, from the one given [Hz].
+/// @param end  the positions at the end of a run with some rate
+double observedOrder(const std::function<Vectors(double rate)>& end, double rate);
 
 bool sameBytes(const Vectors& a, const Vectors& b);
 

@@ -3,10 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <atomic>
 #include <limits>
 #include <random>
-#include <thread>
 #include <tuple>
 
 #include "mass_spring_sim/measures.h"
@@ -378,27 +376,6 @@ TEST(SpringBatches, LeaveAbsentDampingOut) {
   cloth.damping = 0.1;
   EXPECT_EQ(springsOf(modelOf(cloth)).names(),
             (std::vector<std::string>{"springs", "spring_damping"}));
-}
-
-// The node's statistics ask for energies of a state that is past while the next step is under way.
-TEST(Springs, EnergyIsForAnyThread) {
-  const Model model = buildModel(hangingCloth(40, Scheme::kSymplecticEuler));
-  State moved = model.start;
-  moved.positions *= 1.1;
-  const double elastic = energy(model, moved).elastic;
-  ASSERT_GT(elastic, 0.0);
-  Vectors expected(3, model.particleCount()), forces = expected;
-  sumForces(model, nullptr, model.start.positions, model.start.velocities, expected);
-  std::atomic<int> wrong{0};
-  std::thread watcher([&] {
-    for (int n = 0; n < 500; ++n) wrong += energy(model, moved).elastic == elastic ? 0 : 1;
-  });
-  for (int n = 0; n < 500; ++n) {
-    sumForces(model, nullptr, model.start.positions, model.start.velocities, forces);
-    wrong += forces == expected ? 0 : 1;
-  }
-  watcher.join();
-  EXPECT_EQ(wrong, 0);
 }
 
 }  // namespace

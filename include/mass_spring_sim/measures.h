@@ -17,7 +17,7 @@ struct Energy {
   double total() const { return kinetic + elastic + gravity; }
 };
 
-/// Takes the model's shapes and winds to the state's time: not while another thread steps.
+/// Works with the model's effects, at the state's time: not while another thread steps.
 Energy energy(const Model& model, const State& state);
 
 /// m/s

@@ -72,8 +72,8 @@ void Springs::keepApart(const std::vector<Spring>& springs) {
 }
 
 template <typename Visit, typename Finish>
-void Springs::forEachBatch(const Vectors& positions, const Vectors* velocities, Columns& columns,
-                           Visit visit, Finish finish) const {
+void Springs::forEachBatch(const Vectors& positions, const Vectors* velocities, Visit visit,
+                           Finish finish) const {
   SpringLanes lanes;
   const auto describe = [&](const SpringBatch& batch) {
     lanes.lanes = batch.lanes;
@@ -89,13 +89,13 @@ void Springs::forEachBatch(const Vectors& positions, const Vectors* velocities, 
   for (const SpringBatch& batch : batches_.runs()) {
     const std::uint32_t needed = std::min(batch.needed, particles);
     if (needed > separated) {
-      separate(positions, separated, needed, columns);
+      separate(positions, separated, needed, positions_);
       if (velocities && batches_.damped()) separate(*velocities, separated, needed, velocities_);
       separated = needed;
     }
     describe(batch);
-    lanes.xi = columnsFrom(columns, batch.i);
-    lanes.xj = columnsFrom(columns, batch.j);
+    lanes.xi = columnsFrom(positions_, batch.i);
+    lanes.xj = columnsFrom(positions_, batch.j);
     if (lanes.damped) {
       lanes.vi = columnsFrom(velocities_, batch.i);
       lanes.vj = columnsFrom(velocities_, batch.j);
@@ -138,7 +138,7 @@ void Springs::addForces(const Vectors& positions, const Vectors* velocities,
     moveInto(forces, from, to, forces_);
   };
   forEachBatch(
-      positions, velocities, positions_,
+      positions, velocities,
       [&](const SpringBatch& batch, const SpringLanes& lanes) {
         springForces(lanes, force);
         addTo(forces, batch, force);
@@ -154,7 +154,7 @@ void Springs::addForces(const Vectors& positions, const Vectors* velocities, Vec
     moveInto(forces, from, to, forces_);
   };
   forEachBatch(
-      positions, velocities, positions_,
+      positions, velocities,
       [&](const SpringBatch& batch, const SpringLanes& lanes) {
         springForcesAndEnergies(lanes, force, energies);
         addTo(forces, batch, force);
@@ -168,11 +168,8 @@ void Springs::addForces(const Vectors& positions, const Vectors* velocities, Vec
 void Springs::addEnergy(const Vectors& positions, Energy& energy) const {
   LaneResults<3> force;
   LaneResults<2> energies;
-  // Whoever watches a simulation asks for energies while it steps.
-  thread_local Columns columns;
-  if (columns.rows() != positions_.rows()) columns.setZero(positions_.rows(), 3);
   forEachBatch(
-      positions, nullptr, columns,
+      positions, nullptr,
       [&](const SpringBatch& batch, const SpringLanes& lanes) {
         springForcesAndEnergies(lanes, force, energies);
         energies.clear(batch.gaps);
@@ -267,7 +264,7 @@ void Springs::findFloors(const Vectors& positions, const MatrixWeights& weights,
   LaneResults<1> taken;
   taken_.setZero();
   forEachBatch(
-      positions, nullptr, positions_,
+      positions, nullptr,
       [&](const SpringBatch& batch, const SpringLanes& lanes) {
         springIndefiniteness(lanes, weights.stiffness, taken);
         if (batch.ends_i.empty()) {
@@ -298,7 +295,7 @@ std::uint32_t Springs::addDerivatives(const Vectors& positions, const Vectors& /
   double count = 0.0;
   SymmetricBlock* upper = matrix.upper().data();
   forEachBatch(
-      positions, nullptr, positions_,
+      positions, nullptr,
       [&](const SpringBatch& batch, SpringLanes lanes) {
         lanes.damped = batch.damped && weights.damping > 0.0;
         if (lanes.damped) lanes.damping = batches_.damping(batch);

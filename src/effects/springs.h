@@ -23,7 +23,7 @@ SymmetricBlock springStiffness(const Eigen::Vector3d& d, double stiffness, doubl
 /// With D = -df/dv, the derivative that eq. 18 leaves to the reader is [B -B; -B B] with
 /// B = k_d n n^T, positive semidefinite. The damping's dependence on the positions stays out of the
 /// matrix (the notes). Without damping there is no memory and no arithmetic for it.
-/// Its methods share scratch memory: not for two threads at once, but for addEnergy().
+/// Its methods share scratch memory: not for two threads at once.
 class Springs : public Effect {
  public:
   /// @param springs    at least one with stiffness or damping
@@ -58,10 +58,10 @@ class Springs : public Effect {
 
  private:
   /// visit(batch, lanes) of all batches, runs first; and finish(from, to) as soon as the runs are
-  /// done with these particles. Without velocities, nothing is damped. Positions go to `columns`.
+  /// done with these particles. Without velocities, nothing is damped.
   template <typename Visit, typename Finish>
-  void forEachBatch(const Vectors& positions, const Vectors* velocities, Columns& columns,
-                    Visit visit, Finish finish) const;
+  void forEachBatch(const Vectors& positions, const Vectors* velocities, Visit visit,
+                    Finish finish) const;
   /// Without velocities, nothing is damped.
   void addForces(const Vectors& positions, const Vectors* velocities, Vectors& forces) const;
   void addForces(const Vectors& positions, const Vectors* velocities, Vectors& forces,
