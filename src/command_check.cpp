@@ -4,8 +4,10 @@
 #include <cmath>
 #include <numeric>
 #include <sstream>
+#include <tuple>
 
 #include "effects/contact.h"
+#include "scene/tree_reader.h"
 
 namespace mass_spring {
 namespace {
@@ -126,6 +128,9 @@ CommandResult checkPin(const PinCommand& command, const Model& model, const Vect
     return refuse(Refusal::kBadValue, "name: got '', expected the name of a pin");
   }
   if (command.action != PinCommand::Action::kAdd) return {};
+  if (!isName(command.name)) {
+    return refuse(Refusal::kBadValue, "name: got '", command.name, "', expected ", kNameRule);
+  }
 
   const ModelObject* object = nullptr;
   CommandResult result = findObject(command.object, model, object);
@@ -137,6 +142,22 @@ CommandResult checkPin(const PinCommand& command, const Model& model, const Vect
   return command.particles.empty()
              ? resolve(command.point, command.radius, *object, positions, particles)
              : resolve(command.particles, *object, particles);
+}
+
+CommandResult checkState(const Vectors& positions, const Vectors& velocities, const Model& model) {
+  for (const auto& [field, values, unit] :
+       {std::tuple("positions", &positions, "m"), std::tuple("velocities", &velocities, "m/s")}) {
+    if (values->cols() != model.particleCount()) {
+      return refuse(Refusal::kBadLength, field, ": got ", values->size(), " numbers, expected ",
+                    3 * model.particleCount(), ", 3 per particle");
+    }
+    for (Eigen::Index k = 0; k < values->size(); ++k) {
+      if (std::isfinite(values->data()[k])) continue;
+      return refuse(Refusal::kNotFinite, field, "[", k, "]: got ", values->data()[k],
+                    ", expected a finite number (", unit, ")");
+    }
+  }
+  return {};
 }
 
 CommandResult checkShape(const ShapeCommand& command, const Model& model) {

@@ -17,6 +17,9 @@ CommandResult checkForce(const ForceCommand& command, const Model& model, const 
 CommandResult checkPin(const PinCommand& command, const Model& model, const Vectors& positions,
                        std::vector<std::uint32_t>& particles);
 
+/// A state that is to be put in place.
+CommandResult checkState(const Vectors& positions, const Vectors& velocities, const Model& model);
+
 /// The same for a command to a shape.
 CommandResult checkShape(const ShapeCommand& command, const Model& model);
 

@@ -23,6 +23,7 @@ CommandResult Pins::add(const PinCommand& command, const ModelObject& object,
   }
   Pin pin;
   pin.target = command.target;
+  pin.follow_frame = command.follow_frame;
   if (command.here) {
     pin.target = Pose();
     for (std::uint32_t particle : particles) pin.target.position += positions.col(particle);
@@ -38,10 +39,17 @@ CommandResult Pins::add(const PinCommand& command, const ModelObject& object,
   return {};
 }
 
-CommandResult Pins::move(const std::string& name, const Pose& target) {
-  const auto found = pins_.find(name);
-  if (found == pins_.end()) return unknown(name);
-  found->second.target = target;
+CommandResult Pins::move(const PinCommand& command) {
+  const auto found = pins_.find(command.name);
+  if (found == pins_.end()) return unknown(command.name);
+  Pin& pin = found->second;
+  if (pin.follow_frame != command.follow_frame) {
+    return {Refusal::kConflict,
+            "name: pin '" + command.name + "' follows " +
+                (pin.follow_frame.empty() ? "no frame, not '" : "the frame '") +
+                (pin.follow_frame.empty() ? command.follow_frame : pin.follow_frame) + "'"};
+  }
+  pin.target = command.target;
   return {};
 }
 

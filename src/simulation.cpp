@@ -16,12 +16,10 @@ namespace mass_spring {
 
 namespace {
 
-/// Nothing but colours, effects and the solver may differ.
+/// Nothing but colours, stiffnesses, damping, effects and the solver may differ.
 bool sameObjects(const Model& a, const Model& b) {
   const auto object = [](const ModelObject& o) { return std::tie(o.name, o.particle_count); };
-  const auto spring = [](const Spring& s) {
-    return std::tie(s.i, s.j, s.rest_length, s.stiffness, s.damping, s.kind);
-  };
+  const auto spring = [](const Spring& s) { return std::tie(s.i, s.j, s.rest_length, s.kind); };
   // Vectors of other lengths compare as different here; Eigen's would be an error.
   const auto equal = [](const auto& left, const auto& right, const auto& key) {
     return std::equal(left.begin(), left.end(), right.begin(), right.end(),
@@ -33,10 +31,11 @@ bool sameObjects(const Model& a, const Model& b) {
 }
 
 bool samePins(const std::vector<ScenePin>& a, const std::vector<ScenePin>& b) {
-  return std::equal(
-      a.begin(), a.end(), b.begin(), b.end(), [](const ScenePin& l, const ScenePin& r) {
-        return std::tie(l.name, l.object, l.particles) == std::tie(r.name, r.object, r.particles);
-      });
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const ScenePin& l, const ScenePin& r) {
+                      return std::tie(l.name, l.object, l.particles, l.follow_frame) ==
+                             std::tie(r.name, r.object, r.particles, r.follow_frame);
+                    });
 }
 
 }  // namespace
@@ -75,8 +74,10 @@ CommandResult Simulation::apply(const Command& command) {
           return applyForce(c);
         } else if constexpr (std::is_same_v<std::decay_t<decltype(c)>, PinCommand>) {
           return applyPin(c);
-        } else {
+        } else if constexpr (std::is_same_v<std::decay_t<decltype(c)>, ShapeCommand>) {
           return applyShape(c);
+        } else {
+          return applyClear(c);
         }
       },
       command);
@@ -107,7 +108,7 @@ CommandResult Simulation::applyPin(const PinCommand& command) {
       return pins_.add(command, object, std::move(particles), state_.positions);
     }
     case PinCommand::Action::kMove:
-      return pins_.move(command.name, command.target);
+      return pins_.move(command);
     case PinCommand::Action::kRemove:
       break;
   }
@@ -121,6 +122,11 @@ CommandResult Simulation::applyShape(const ShapeCommand& command) {
   shape.move(RigidMotion(shape.motion().at(state_.time), command.target, state_.time,
                          std::max(command.duration, stepSize())));
   return result;
+}
+
+CommandResult Simulation::applyClear(const ClearCommand& command) {
+  command.what == ClearCommand::What::kForces ? clearForces() : clearPins();
+  return {};
 }
 
 StepReport Simulation::step() {
@@ -225,6 +231,16 @@ void Simulation::reset() {
   restorePins();
 }
 
+CommandResult Simulation::setState(const Vectors& positions, const Vectors& velocities) {
+  if (const CommandResult result = checkState(positions, velocities, *model_); !result.accepted()) {
+    return result;
+  }
+  state_.positions = positions;
+  state_.velocities = velocities;
+  stepper_->restart();
+  return {};
+}
+
 void Simulation::clearForces() { loads_->clear(); }
 
 void Simulation::clearPins() { pins_.clear(); }
@@ -238,6 +254,7 @@ void Simulation::restorePins() {
     command.object = pin.object;
     command.particles = pin.particles;
     command.here = true;
+    command.follow_frame = pin.follow_frame;
     const CommandResult result = applyPin(command);
     if (!result.accepted()) problems.push_back("pins." + pin.name + "." + result.message);
   }

@@ -36,7 +36,7 @@ class AccuracyStudy : public ::testing::Test {
   }
   ProcessResult run(std::vector<std::string> arguments,
                     const std::function<void(int)>& while_running = nullptr) const {
-    arguments.insert(arguments.begin(), MASS_SPRING_ACCURACY_STUDY_PATH);
+    arguments.insert(arguments.begin(), programPath("accuracy_study"));
     return runProcess(arguments, while_running);
   }
 

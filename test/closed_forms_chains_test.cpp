@@ -99,6 +99,7 @@ Scene hangingChain(Scheme scheme, double rate, bool at_rest) {
   return scene;
 }
 
+/// @param tolerance  m: what the scheme leaves
 void expectHangingAtRest(const Simulation& simulation, double tolerance) {
   const Vectors& x = simulation.state().positions;
   for (int i = 1; i <= 12; ++i) {

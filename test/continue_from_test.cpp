@@ -141,13 +141,14 @@ TEST(ContinueFrom, NeedsTheSameObjectsPinsAndRate) {
   EXPECT_FALSE(continues([&](Scene& s) { sheet(s).resolution = {6, 7}; }));
   EXPECT_FALSE(continues([&](Scene& s) { sheet(s).mass = 0.3; }));
   EXPECT_FALSE(continues([&](Scene& s) { sheet(s).position.z() = 0.5; }));
-  EXPECT_FALSE(continues([&](Scene& s) { sheet(s).stiffness = 900.0; }));
   EXPECT_FALSE(continues([&](Scene& s) { sheet(s).bend_stiffness.reset(); }));
-  EXPECT_FALSE(continues([&](Scene& s) { sheet(s).damping = 0.2; }));
   EXPECT_FALSE(continues([](Scene& s) {
     s.objects.push_back({"zz", {1, 1, 1, 1}, s.objects[0].shape});
   }));
+  EXPECT_FALSE(continues([](Scene& s) { s.pins[0].follow_frame = "tool"; }));
   EXPECT_TRUE(continues([](Scene& s) { s.objects[0].color = {0, 0, 0, 1}; }));
+  EXPECT_TRUE(continues([&](Scene& s) { sheet(s).stiffness = 900.0; }));
+  EXPECT_TRUE(continues([&](Scene& s) { sheet(s).damping = 0.2; }));
   EXPECT_TRUE(continues([](Scene& s) { s.effects.gravity.reset(); }));
   EXPECT_TRUE(continues([](Scene& s) { s.limits.max_force = 1.0; }));
   EXPECT_TRUE(continues([](Scene& s) { s.solver.substeps = 4; }));

@@ -4,6 +4,7 @@
 
 #include "hard_cases_checks.h"
 #include "mass_spring_sim/measures.h"
+#include "sanitizers.h"
 
 // Long runs.
 namespace mass_spring {
@@ -20,11 +21,9 @@ Eigen::Index subnormals(const Vectors& vectors) {
 }  // namespace
 
 void millionSteps(Trial& trial) {
-#ifdef __SANITIZE_ADDRESS__
-  const int steps = 20'000;
-#else
-  const int steps = trial.scheme == Scheme::kSymplecticEuler ? 1'000'000 : 100'000;
-#endif
+  const int steps = underSanitizers()                          ? 20'000
+                    : trial.scheme == Scheme::kSymplecticEuler ? 1'000'000
+                                                               : 100'000;
   const Oscillator oscillator;
   const double wh = oscillator.angularFrequency() * trial.h;
   Watched run(trial, oscillator.scene(trial.scheme, trial.rate()));

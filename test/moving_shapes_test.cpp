@@ -33,7 +33,7 @@ TEST(RigidMotion, GoesEvenlyFromPoseToPose) {
   const Pose middle = motion.at(2.25);
   EXPECT_LT((middle.position - 0.5 * (from.position + to.position)).norm(), 1e-14);
   EXPECT_NEAR(middle.orientation.angularDistance(from.orientation),
-              middle.orientation.angularDistance(to.orientation), 1e-7);
+              middle.orientation.angularDistance(to.orientation), 1e-14);
   EXPECT_LT(middle.orientation.angularDistance(from.orientation), 0.5 * kPi);
 }
 

@@ -142,6 +142,13 @@ Particles byHand(const Scene& scene) {
   return net;
 }
 
+Scene freeParticles(Scheme scheme) {
+  Particles net;
+  net.positions = {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(2, 0, 0)};
+  net.masses = {0.5, 0.5, 0.5};
+  return netScene(net, scheme, 100.0);
+}
+
 Particles chain(int links, double length, const Eigen::Vector3d& direction, double mass,
                 double stiffness) {
   Particles net;

@@ -47,6 +47,10 @@ Scene hangingCloth(int n, Scheme scheme);
 /// The particles and springs of a scene's first object, by hand: to be moved before the start.
 Particles byHand(const Scene& scene);
 
+/// Three particles of 0.5 kg, 1 m apart, without springs, in a vacuum, in steps of 0.01 s: forces
+/// act on them and nothing else.
+Scene freeParticles(Scheme scheme = Scheme::kImplicitEuler);
+
 /// A chain of `links` springs of rest length `length` from the origin along a direction, at rest.
 Particles chain(int links, double length, const Eigen::Vector3d& direction, double mass,
                 double stiffness);

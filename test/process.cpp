@@ -8,6 +8,9 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cstdlib>
+
+#include "sanitizers.h"
 
 namespace mass_spring {
 namespace {
@@ -15,14 +18,8 @@ namespace {
 constexpr std::chrono::seconds kDeadline{60};
 constexpr int kPollMilliseconds = 10;
 
-#if defined(__SANITIZE_ADDRESS__)
-constexpr bool kLimitMemory = false;  // the sanitizer reserves terabytes of addresses
-#else
-constexpr bool kLimitMemory = true;
-#endif
-
 [[noreturn]] void become(const std::vector<std::string>& arguments, int out, int err) {
-  if (kLimitMemory) {
+  if (!underSanitizers()) {  // they reserve terabytes of addresses
     const rlimit limit{2ull << 30, 2ull << 30};
     setrlimit(RLIMIT_AS, &limit);
   }
@@ -45,10 +42,16 @@ bool drain(int pipe, std::string& text) {
 
 }  // namespace
 
+std::string programPath(const std::string& name) {
+  const char* folder = std::getenv("MASS_SPRING_PROGRAM_FOLDER");
+  return std::string(folder ? folder : MASS_SPRING_PROGRAM_FOLDER) + "/" + name;
+}
+
 ProcessResult runProcess(const std::vector<std::string>& arguments,
                          const std::function<void(int)>& while_running) {
   int out[2], err[2];
   if (pipe2(out, O_CLOEXEC) != 0 || pipe2(err, O_CLOEXEC) != 0) return {};
+  if (underSanitizers()) unsetenv("LD_PRELOAD");  // a program with sanitizers brings them along
   const pid_t child = fork();
   if (child == 0) become(arguments, out[1], err[1]);
   close(out[1]);

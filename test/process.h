@@ -12,6 +12,10 @@ struct ProcessResult {
   std::string out, err;
 };
 
+/// Where a program of this package lies: in the folder that the environment variable
+/// MASS_SPRING_PROGRAM_FOLDER names, else where the build has put it.
+std::string programPath(const std::string& name);
+
 /// Runs a program to its end, at most for a minute, within 2 GB of memory.
 /// @param arguments     the first is the program's path
 /// @param while_running called with the process id a hundred times a second

@@ -9,6 +9,7 @@
 #include "mass_spring_sim/scene_reader.h"
 #include "mass_spring_sim/simulation.h"
 #include "process.h"
+#include "sanitizers.h"
 #include "scene_text.h"
 
 // Two hundred random scenes, each a test of its own. MASS_SPRING_RANDOM_SCENES=10000 in the
@@ -36,15 +37,10 @@ class RandomScene : public testing::Test {
   std::uint32_t seed_;
 };
 
-#ifdef __SANITIZE_ADDRESS__
-constexpr std::uint32_t kScenes = 50;  // the sanitizers make everything ten times slower
-#else
-constexpr std::uint32_t kScenes = 200;
-#endif
-
 const bool random_scenes_registered = [] {
   const std::uint32_t first = fromEnvironment("MASS_SPRING_RANDOM_SEED", 1);
-  const std::uint32_t count = fromEnvironment("MASS_SPRING_RANDOM_SCENES", kScenes);
+  const std::uint32_t count =
+      fromEnvironment("MASS_SPRING_RANDOM_SCENES", underSanitizers() ? 50 : 200);
   for (std::uint32_t seed = first; seed < first + count; ++seed) {
     testing::RegisterTest("RandomScenes", ("seed_" + std::to_string(seed)).c_str(), nullptr,
                           nullptr, __FILE__, __LINE__,
@@ -128,7 +124,7 @@ TEST(RandomSceneFiles, ReproduceWithSimulate) {
     std::vector<std::string> arguments;
     for (std::string word; command >> word;) arguments.push_back(word);
     ASSERT_EQ(arguments.at(0), "simulate");
-    arguments[0] = MASS_SPRING_SIMULATE_PATH;
+    arguments[0] = programPath("simulate");
     const std::string csv = folder.path() + "/states.csv";
     arguments.insert(arguments.end(), {"--output", csv});
     const ProcessResult result = runProcess(arguments);

@@ -324,9 +324,9 @@ TEST(SceneReader, RefusesEachBadValueByName) {
 TEST(SceneReader, RefusesUnknownKeysEverywhere) {
   for (const char* path :
        {"gravity", "solver.cores", "objects.cable.file", "objects.sheet.points",
-        "objects.block.segments", "objects.net.size", "pins.left.follow_frame", "effects.sun",
+        "objects.block.segments", "objects.net.size", "pins.left.frame", "effects.sun",
         "effects.gravity.strength", "timeline[0].command", "timeline[0].force.frame",
-        "timeline[1].pin.forces", "timeline[3].pin.target", "publish.points", "limits.max_speed"}) {
+        "timeline[1].pin.forces", "timeline[3].pin.target", "publish.force", "limits.max_speed"}) {
     const Lines problems = problemsOf(sceneWith(path, "1"));
     ASSERT_EQ(problems.size(), 1u) << path;
     EXPECT_EQ(problems[0].find(path + std::string(": got an unknown key, expected one of ")), 0u)
@@ -336,8 +336,8 @@ TEST(SceneReader, RefusesUnknownKeysEverywhere) {
 
 TEST(SceneReader, NamesTheNearestKnownKey) {
   EXPECT_EQ(problemsOf(sceneWith("publish.stat", "1")),
-            Lines{"publish.stat: got an unknown key, expected one of markers, state, pins, "
-                  "contacts, stats (did you mean 'state'?)"});
+            Lines{"publish.stat: got an unknown key, expected one of markers, state, "
+                  "points, pins, contacts, stats (did you mean 'state'?)"});
   EXPECT_EQ(problemsOf(sceneWith("limits.velocity", "1")),
             Lines{"limits.velocity: got an unknown key, expected one of max_force"});
 }

@@ -76,8 +76,11 @@ TEST(SceneYaml, WritesEveryKindOfCommand) {
              "  - {time: 2, pin: {action: move, name: a, target: [1, 2, 3]}}\n"
              "  - {time: 3, pin: {action: remove, name: a}}\n"
              "  - {time: 4, pin: {action: add, name: b, particles: [1], target: [0, 0, 1],"
-             " orientation: [0, 0, 1]}}\n"
+             " orientation: [0, 0, 1], follow_frame: tool}}\n"
+             "  - {time: 4, pin: {action: move, name: b, target: [0, 0, 2], follow_frame: tool}}\n"
              "  - {time: 5, shape: {name: ball, target: [1, 2, 3], duration: 0.5}}\n"
+             "  - {time: 6, clear: forces}\n"
+             "  - {time: 6, clear: pins}\n"
              "effects: {contact: {stiffness: 10,"
              " shapes: {ball: {type: sphere, center: [0, 0, 0], radius: 1,"
              " follow_frame: tool}}}}\n"));
@@ -86,7 +89,11 @@ TEST(SceneYaml, WritesEveryKindOfCommand) {
   EXPECT_EQ(std::get<ForceCommand>(again.timeline[0].command).id, "a: b");
   EXPECT_EQ(std::get<PinCommand>(again.timeline[1].command).radius, 4.0);
   EXPECT_FALSE(std::get<PinCommand>(again.timeline[4].command).here);
-  EXPECT_EQ(std::get<ShapeCommand>(again.timeline[5].command).duration, 0.5);
+  EXPECT_EQ(std::get<PinCommand>(again.timeline[4].command).follow_frame, "tool");
+  EXPECT_EQ(std::get<PinCommand>(again.timeline[5].command).follow_frame, "tool");
+  EXPECT_EQ(std::get<ShapeCommand>(again.timeline[6].command).duration, 0.5);
+  EXPECT_EQ(std::get<ClearCommand>(again.timeline[7].command).what, ClearCommand::What::kForces);
+  EXPECT_EQ(std::get<ClearCommand>(again.timeline[8].command).what, ClearCommand::What::kPins);
   EXPECT_EQ(again.effects.contact->shapes[0].follow_frame, "tool");
 }
 
@@ -94,11 +101,12 @@ TEST(SceneYaml, QuotesNamesThatMeanSomethingElse) {
   const std::string yaml =
       toYaml(parsed("frame_id: 'true'\n"
                     "objects: {'on': {type: particles, positions: [[0, 0, 0]], masses: 1}}\n"
-                    "pins: {'null': {object: 'on', particles: [0]}}"));
+                    "pins: {'null': {object: 'on', particles: [0], follow_frame: tool0}}"));
   const Scene again = parsed(yaml);
   EXPECT_EQ(again.frame_id, "true");
   EXPECT_EQ(again.objects[0].name, "on");
   EXPECT_EQ(again.pins[0].name, "null");
+  EXPECT_EQ(again.pins[0].follow_frame, "tool0");
 }
 
 TEST(SceneYaml, KeepsTheMeshFile) {

@@ -8,6 +8,7 @@
 
 #include "mass_spring_sim/scene_reader.h"
 #include "mass_spring_sim/simulation.h"
+#include "sanitizers.h"
 
 namespace mass_spring {
 namespace {
@@ -35,7 +36,8 @@ TEST_P(ShippedScene, RunsAsAskedFor) {
   Simulation simulation(shipped(GetParam()));
   // The load test needs minutes for a second where sanitizers look on.
   const bool large = simulation.model().particleCount() > 5000;
-  const auto steps = large ? 3 : static_cast<int>(simulation.scene().rate);
+  const double duration = underSanitizers() ? 0.5 : 1.0;
+  const auto steps = large ? 3 : static_cast<int>(duration * simulation.scene().rate);
   // A linearised step does not see how a sheet crumples where it is hit; the energy check does.
   int impacts = simulation.scene().effects.contact ? 4 : 0;
   for (int n = 0; n < steps; ++n) {

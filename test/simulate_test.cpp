@@ -59,7 +59,7 @@ class Simulate : public ::testing::Test {
   nlohmann::json readReport() const { return nlohmann::json::parse(read("report.json")); }
 
   ProcessResult run(std::vector<std::string> arguments) const {
-    arguments.insert(arguments.begin(), MASS_SPRING_SIMULATE_PATH);
+    arguments.insert(arguments.begin(), programPath("simulate"));
     return runProcess(arguments);
   }
   ProcessResult runScene(std::vector<std::string> more) const {
@@ -320,8 +320,8 @@ TEST_F(Simulate, EndsOnInterruptWithCompleteFiles) {
   const std::string csv = path("out.csv");
   bool sent = false;
   const ProcessResult result =
-      runProcess({MASS_SPRING_SIMULATE_PATH, "--scene", scene_, "--duration", "1e9", "--output",
-                  csv, "--report", path("report.json")},
+      runProcess({programPath("simulate"), "--scene", scene_, "--duration", "1e9", "--output", csv,
+                  "--report", path("report.json")},
                  [&](int child) {
                    // The header is written before signals are caught, the first states after.
                    std::error_code error;

@@ -66,6 +66,13 @@ TEST(TimelineReader, ReadsPins) {
   EXPECT_EQ(pin(4).action, PinCommand::Action::kRemove);
 }
 
+TEST(TimelineReader, ReadsWhatIsCleared) {
+  const auto timeline = commandsOf("timeline: [{time: 0, clear: forces}, {time: 1, clear: pins}]");
+  ASSERT_EQ(timeline.size(), 2u);
+  EXPECT_EQ(std::get<ClearCommand>(timeline[0].command).what, ClearCommand::What::kForces);
+  EXPECT_EQ(std::get<ClearCommand>(timeline[1].command).what, ClearCommand::What::kPins);
+}
+
 TEST(TimelineReader, SortsByTimeAndKeepsTheOrderOfEqualTimes) {
   const auto timeline = commandsOf(
       "timeline: [{time: 2, force: {id: c, forces: [[0, 0, 0]]}},"
@@ -82,9 +89,9 @@ struct BadTimeline {
 
 TEST(TimelineReader, RefusesEachBadCommandByName) {
   const std::vector<BadTimeline> rows = {
-      {"{time: 0}", ": got no command, expected just one of force, pin and shape"},
+      {"{time: 0}", ": got no command, expected just one of force, pin, shape and clear"},
       {"{time: 0, force: {forces: [[0, 0, 0]]}, pin: {action: remove, name: a}}",
-       ": got several commands, expected just one of force, pin and shape"},
+       ": got several commands, expected just one of force, pin, shape and clear"},
       {"{time: 0, shape: {name: ball, target: [0, 0, 0]}}",
        ".shape.name: got 'ball', expected a shape of effects.contact, of which there is none"},
       {"{force: {forces: [[0, 0, 0]]}}", ".time: got nothing, expected a number >= 0 (s)"},
@@ -136,6 +143,8 @@ TEST(TimelineReader, RefusesEachBadCommandByName) {
        "x y z w"},
       {"{time: 0, pin: {action: add, name: a, particles: [9]}}",
        ".pin.particles[0]: got 9, expected an integer in [0, 1]"},
+      {"{time: 0, clear: pin}",
+       ".clear: got 'pin', expected one of forces, pins (did you mean 'pins'?)"},
       {"{time: 0, pin: {action: move, name: a}}",
        ".pin.target: got nothing, expected a list of 3 finite numbers (m)"},
   };
@@ -153,7 +162,7 @@ TEST(TimelineReader, RefusesWhatIsNoListOfMaps) {
   EXPECT_EQ(problemsOfTimeline("timeline: {}"),
             Lines{"timeline: got an empty map, expected a list of commands"});
   EXPECT_EQ(problemsOfTimeline("timeline: [1]").at(0),
-            "timeline[0]: got 1, expected a map with time and one of force, pin and shape");
+            "timeline[0]: got 1, expected a map with time and one of force, pin, shape and clear");
 }
 
 TEST(TimelineReader, ObjectMustBeNamedWhereThereAreSeveral) {
@@ -187,6 +196,14 @@ TEST(TimelineReader, WalksThroughThePins) {
                "  - {time: 2, pin: {action: move, name: held, target: [0, 0, 0]}}\n"),
       Lines{"timeline[1].pin.name: got 'held', expected a pin that exists at that time (there "
             "is none)"});
+  // What is cleared can be made and held again.
+  EXPECT_EQ(problems("  - {time: 1, clear: pins}\n"
+                     "  - {time: 2, pin: {action: add, name: held, particles: [0]}}\n"),
+            Lines());
+  EXPECT_EQ(problems("  - {time: 1, clear: forces}\n"
+                     "  - {time: 2, pin: {action: add, name: more, particles: [0]}}\n")
+                .size(),
+            1u);
 }
 
 }  // namespace

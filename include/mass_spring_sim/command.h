@@ -33,6 +33,7 @@ struct PinCommand {
   double radius = 0.0;                              ///< m; 0 = the nearest one
   Pose target;        ///< where the pin is to go; on kAdd the particles keep their offsets to it
   bool here = false;  ///< kAdd: the pin's pose is the centroid of its particles; target is ignored
+  std::string follow_frame;  ///< of somebody who leads the pin; kMove: as when it was made
 };
 
 /// Moves a shape of contact: from where it is, evenly, from the next step on. In the scene's frame.
@@ -42,7 +43,13 @@ struct ShapeCommand {
   double duration = 0.0;  ///< s, >= 0, until it is there; less than a step = one step
 };
 
-using Command = std::variant<ForceCommand, PinCommand, ShapeCommand>;
+/// Lets go of all forces, or of all pins: also of those of the scene.
+struct ClearCommand {
+  enum class What : std::uint8_t { kForces = 0, kPins = 1 };
+  What what = What::kForces;
+};
+
+using Command = std::variant<ForceCommand, PinCommand, ShapeCommand, ClearCommand>;
 
 /// Why a command was refused; values as in RejectedCommand.msg.
 enum class Refusal : std::uint8_t {

@@ -15,6 +15,7 @@ struct Pin {
   std::vector<std::uint32_t> particles;  ///< global
   std::vector<Eigen::Vector3d> offsets;  ///< m, in the frame of the target pose
   Pose target;                           ///< in the scene's frame
+  std::string follow_frame;              ///< "" = led by commands; else by who knows that frame
 };
 
 /// The pins of a simulation, by name. A particle belongs to one pin at the most.
@@ -26,7 +27,7 @@ class Pins {
   /// @param particles  global, of this one object, not empty
   CommandResult add(const PinCommand& command, const ModelObject& object,
                     std::vector<std::uint32_t> particles, const Vectors& positions);
-  CommandResult move(const std::string& name, const Pose& target);
+  CommandResult move(const PinCommand& command);
   CommandResult remove(const std::string& name);
   void clear();
 

@@ -101,6 +101,7 @@ struct ScenePin {
   std::string name;  ///< [A-Za-z][A-Za-z0-9_]*
   std::string object;
   std::vector<std::uint32_t> particles;  ///< of that object, none twice, not empty
+  std::string follow_frame = "";         ///< "" = none; programs without tf hold the pin still
 };
 
 struct GravityOptions {
@@ -210,6 +211,7 @@ struct TimedCommand {
 struct PublishRates {
   double markers = 30.0;
   double state = 100.0;
+  double points = 30.0;
   double pins = 100.0;
   double contacts = 100.0;
   double stats = 10.0;

@@ -63,8 +63,13 @@ class Simulation {
   /// Takes up where another simulation stands: state, broken springs, rest lengths, pins, forces,
   /// totals; of the timeline, what lies ahead. Solver, effects and limits stay those of this scene.
   /// @return false, and nothing is done, if the two differ in rate, pins of the scene, particles at
-  ///         the start, springs or triangles
+  ///         the start, springs (but for stiffness and damping) or triangles
   bool continueFrom(const Simulation& other);
+
+  /// Puts all particles somewhere else [m, m/s; 3 x particles]. Time, springs, pins and forces go
+  /// on as they are: where a pin holds a particle, the next step takes it there. Refused, naming
+  /// the first, if there are more or fewer, or values that are not finite.
+  CommandResult setState(const Vectors& positions, const Vectors& velocities);
 
   /// Back to the start: state, springs, pins of the scene, timeline; forces cleared, totals zero.
   void reset();
@@ -75,6 +80,7 @@ class Simulation {
   CommandResult applyForce(const ForceCommand& command);
   CommandResult applyPin(const PinCommand& command);
   CommandResult applyShape(const ShapeCommand& command);
+  CommandResult applyClear(const ClearCommand& command);
   void restorePins();
   /// Goes on with a model of the same particles.
   void take(std::shared_ptr<const Model> model);

@@ -2,9 +2,9 @@
 
 #include <ros/master.h>
 #include <ros/this_node.h>
-#include <rosgraph_msgs/Clock.h>
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "topics.h"
@@ -43,31 +43,70 @@ std::vector<std::string> otherClockMasters() {
 
 }  // namespace
 
-Clock::Clock(ros::NodeHandle& nh, bool master) : master_(master), start_(kFirstValue) {
-  if (!master_) {
-    stamp_ = wallTime();
+Clock::Clock(ros::NodeHandle& nh, Source source) : source_(source), start_(kFirstValue) {
+  if (source_ == Source::kFollowed) {
+    ros::NodeHandle own(nh);
+    own.setCallbackQueue(&queue_);
+    subscriber_ = own.subscribe<rosgraph_msgs::Clock>(
+        topics::kClock, 1, [this](const rosgraph_msgs::ClockConstPtr& tick) { follow(*tick); }, {},
+        ros::TransportHints().tcpNoDelay());
+  }
+  if (source_ != Source::kMaster) {
+    stamp_ = now();
     return;
   }
   for (const std::string& node : otherClockMasters()) {
     ROS_WARN_STREAM("/use_sim_time is true, so this node publishes "
                     << topics::kClock << ", but " << node
-                    << " does so, too: time will jump. Stop it, or set /use_sim_time to false.");
+                    << " does so, too: time will jump. Stop it, set ~external_clock to true, or "
+                       "/use_sim_time to false.");
   }
   publisher_ = nh.advertise<rosgraph_msgs::Clock>(topics::kClock, 10, true);
   set(start_);
 }
 
-void Clock::advance(double sim_time) {
-  set(master_ ? start_ + ros::Duration(sim_time) : wallTime());
+Clock::~Clock() { spinner_.stop(); }
+
+void Clock::observe(std::function<void()> observer) {
+  observer_ = std::move(observer);
+  if (followed()) spinner_.start();
+}
+
+void Clock::follow(const rosgraph_msgs::Clock& message) {
+  followed_ = static_cast<std::int64_t>(message.clock.toNSec());
+  observer_();
+}
+
+std::optional<Clock::Pace> Clock::pace() const {
+  if (!followed()) return std::chrono::steady_clock::now();
+  const std::int64_t nanoseconds = followed_;
+  if (nanoseconds == 0) return std::nullopt;
+  return Pace(std::chrono::nanoseconds(nanoseconds));
+}
+
+void Clock::advance(double sim_time, std::optional<Pace> due) {
+  switch (source_) {
+    case Source::kWall:
+      return set(wallTime());
+    case Source::kMaster:
+      return set(start_ + ros::Duration(sim_time));
+    case Source::kFollowed:
+      return set(due ? ros::Time().fromNSec(static_cast<std::uint64_t>(
+                           std::chrono::nanoseconds(due->time_since_epoch()).count()))
+                     : now());
+  }
 }
 
 void Clock::restart() {
   start_ = stamp();
-  set(master_ ? start_ : wallTime());
+  set(source_ == Source::kMaster ? start_ : now());
 }
 
 void Clock::repeat() {
-  if (master_ && std::chrono::steady_clock::now() - published_ >= kRepeatPeriod) set(stamp());
+  if (source_ == Source::kMaster &&
+      std::chrono::steady_clock::now() - published_ >= kRepeatPeriod) {
+    set(stamp());
+  }
 }
 
 ros::Time Clock::stamp() const {
@@ -75,14 +114,24 @@ ros::Time Clock::stamp() const {
   return stamp_;
 }
 
-ros::Time Clock::now() const { return master_ ? stamp() : wallTime(); }
+ros::Time Clock::now() const {
+  switch (source_) {
+    case Source::kWall:
+      return wallTime();
+    case Source::kMaster:
+      return stamp();
+    case Source::kFollowed:
+      break;
+  }
+  return ros::Time().fromNSec(static_cast<std::uint64_t>(followed_.load()));
+}
 
 void Clock::set(const ros::Time& stamp) {
   {
     std::lock_guard lock(mutex_);
     stamp_ = stamp;
   }
-  if (!master_) return;
+  if (source_ != Source::kMaster) return;
   rosgraph_msgs::Clock message;
   message.clock = stamp;
   publisher_.publish(message);

@@ -30,7 +30,20 @@ std::deque<CommandQueue::Task> CommandQueue::take() {
 
 void CommandQueue::wait(std::chrono::steady_clock::time_point deadline) {
   std::unique_lock lock(mutex_);
-  arrived_.wait_until(lock, deadline, [this] { return closed_ || !tasks_.empty(); });
+  if (closed_ || woken_ || !tasks_.empty()) {
+    woken_ = false;
+    return;
+  }
+  arrived_.wait_until(lock, deadline);
+  woken_ = false;
+}
+
+void CommandQueue::wake() {
+  {
+    std::lock_guard lock(mutex_);
+    woken_ = true;
+  }
+  arrived_.notify_one();
 }
 
 void CommandQueue::close() {

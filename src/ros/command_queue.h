@@ -26,7 +26,9 @@ class CommandQueue {
 
   /// Everything that waits, and leaves the queue empty.
   std::deque<Task> take();
-  /// Returns when something waits, the queue is closed, or at the deadline.
+  /// Lets wait() return.
+  void wake();
+  /// Returns when something waits, the queue is closed, at the deadline, or for no reason.
   void wait(std::chrono::steady_clock::time_point deadline);
 
   /// From now on nothing gets in; drops what waits.
@@ -38,6 +40,7 @@ class CommandQueue {
   std::condition_variable arrived_;
   std::deque<Task> tasks_;
   bool closed_ = false;
+  bool woken_ = false;
 };
 
 }  // namespace mass_spring

@@ -1,5 +1,6 @@
 #include "conversions.h"
 
+#include <sensor_msgs/point_cloud2_iterator.h>
 #include <tf2/exceptions.h>
 
 #include <algorithm>
@@ -42,6 +43,10 @@ geometry_msgs::Pose fromPose(const Pose& pose) {
   return message;
 }
 
+Pose toPose(const geometry_msgs::Pose& message) {
+  return {toVector(message.position), toQuaternion(message.orientation)};
+}
+
 geometry_msgs::Wrench fromWrench(const Wrench& wrench) {
   geometry_msgs::Wrench message;
   message.force = fromVector<geometry_msgs::Vector3>(wrench.force);
@@ -68,11 +73,11 @@ CommandResult normalise(Eigen::Quaterniond& quaternion) {
 }
 
 CommandResult findFrame(const std::string& frame_id, const FrameLookup& lookup,
-                        Eigen::Isometry3d& frame) {
+                        Eigen::Isometry3d& frame, const char* field = "header.frame_id") {
   try {
     frame = lookup(frame_id);
   } catch (const tf2::TransformException& error) {
-    return {Refusal::kBadFrame, "header.frame_id: got \"" + frame_id +
+    return {Refusal::kBadFrame, std::string(field) + ": got \"" + frame_id +
                                     "\", expected a frame that tf knows: " + error.what()};
   }
   return {};
@@ -120,10 +125,6 @@ CommandResult toCommand(const mass_spring_sim::PinCommand& message, const FrameL
     return {Refusal::kBadValue, "action: got " + std::to_string(message.action) +
                                     ", expected 0 (ADD), 1 (MOVE) or 2 (REMOVE)"};
   }
-  if (!message.follow_frame.empty()) {
-    return {Refusal::kBadFrame, "follow_frame: got \"" + message.follow_frame +
-                                    "\", expected \"\": pins of this version do not follow frames"};
-  }
   if (auto length = normalise(orientation); !length.accepted()) return length;
 
   command.action = static_cast<PinCommand::Action>(message.action);
@@ -132,6 +133,16 @@ CommandResult toCommand(const mass_spring_sim::PinCommand& message, const FrameL
   if (command.action == PinCommand::Action::kRemove) return {};
 
   Eigen::Isometry3d frame;
+  if (!message.follow_frame.empty()) {
+    if (command.action == PinCommand::Action::kMove) {
+      return {Refusal::kBadValue, "follow_frame: got \"" + message.follow_frame +
+                                      "\" with MOVE, expected \"\": it belongs to ADD"};
+    }
+    if (auto found = findFrame(message.follow_frame, lookup, frame, "follow_frame");
+        !found.accepted()) {
+      return found;
+    }
+  }
   if (auto found = findFrame(message.header.frame_id, lookup, frame); !found.accepted()) {
     return found;
   }
@@ -141,8 +152,20 @@ CommandResult toCommand(const mass_spring_sim::PinCommand& message, const FrameL
   command.radius = message.radius;
   command.target.position = frame * position;
   command.target.orientation = (Eigen::Quaterniond(frame.linear()) * orientation).normalized();
-  command.here = message.here;
+  // Where the frame is, whoever leads the pin knows.
+  command.here = message.here || !message.follow_frame.empty();
+  command.follow_frame = message.follow_frame;
   return {};
+}
+
+CommandResult toCommand(const geometry_msgs::PoseStamped& message, const std::string& pin,
+                        const FrameLookup& lookup, PinCommand& command) {
+  mass_spring_sim::PinCommand move;
+  move.header = message.header;
+  move.action = mass_spring_sim::PinCommand::MOVE;
+  move.name = pin;
+  move.target = message.pose;
+  return toCommand(move, lookup, command);
 }
 
 CommandResult toCommand(const mass_spring_sim::ShapeCommand& message, const FrameLookup& lookup,
@@ -185,14 +208,49 @@ mass_spring_sim::AppliedCommand toMessage(const Command& command) {
     message.pin.radius = pin->radius;
     message.pin.target = fromPose(pin->target);
     message.pin.here = pin->here;
-  } else {
-    const auto& shape = std::get<ShapeCommand>(command);
+    message.pin.follow_frame = pin->follow_frame;
+  } else if (const auto* shape = std::get_if<ShapeCommand>(&command)) {
     message.kind = mass_spring_sim::AppliedCommand::SHAPE;
-    message.shape.name = shape.name;
-    message.shape.target = fromPose(shape.target);
-    message.shape.duration = shape.duration;
+    message.shape.name = shape->name;
+    message.shape.target = fromPose(shape->target);
+    message.shape.duration = shape->duration;
+  } else {
+    message.kind = std::get<ClearCommand>(command).what == ClearCommand::What::kForces
+                       ? mass_spring_sim::AppliedCommand::CLEAR_FORCES
+                       : mass_spring_sim::AppliedCommand::CLEAR_PINS;
   }
   return message;
+}
+
+Command toCommand(const mass_spring_sim::AppliedCommand& message) {
+  using Message = mass_spring_sim::AppliedCommand;
+  if (message.kind == Message::FORCE) {
+    ForceCommand force;
+    force.id = message.force.id;
+    force.object = message.force.object;
+    force.particles = message.force.particles;
+    for (const auto& vector : message.force.forces) force.forces.push_back(toVector(vector));
+    force.duration = message.force.duration;
+    return force;
+  }
+  if (message.kind == Message::PIN) {
+    PinCommand pin;
+    pin.action = static_cast<PinCommand::Action>(message.pin.action);
+    pin.name = message.pin.name;
+    pin.object = message.pin.object;
+    pin.particles = message.pin.particles;
+    pin.point = toVector(message.pin.point);
+    pin.radius = message.pin.radius;
+    pin.target = toPose(message.pin.target);
+    pin.here = message.pin.here;
+    pin.follow_frame = message.pin.follow_frame;
+    return pin;
+  }
+  if (message.kind == Message::SHAPE) {
+    return ShapeCommand{message.shape.name, toPose(message.shape.target), message.shape.duration};
+  }
+  return ClearCommand{message.kind == Message::CLEAR_FORCES ? ClearCommand::What::kForces
+                                                            : ClearCommand::What::kPins};
 }
 
 mass_spring_sim::ParticleStates toMessage(const State& state) {
@@ -207,7 +265,8 @@ mass_spring_sim::ParticleStates toMessage(const State& state) {
   return message;
 }
 
-mass_spring_sim::PinStates pinStates(const Simulation& simulation) {
+mass_spring_sim::PinStates pinStates(const Simulation& simulation,
+                                     const std::set<std::string>& stale) {
   mass_spring_sim::PinStates message;
   const auto wrenches = simulation.pinWrenches();
   for (const auto& [name, pin] : simulation.pins().all()) {
@@ -216,6 +275,7 @@ mass_spring_sim::PinStates pinStates(const Simulation& simulation) {
     state.particles = pin.particles;
     state.target = fromPose(pin.target);
     state.wrench = fromWrench(wrenches.at(name));
+    state.stale = stale.count(name) > 0;
     for (std::size_t k = 0; k < pin.particles.size(); ++k) {
       const Eigen::Vector3d meant = pin.target.position + pin.target.orientation * pin.offsets[k];
       const Eigen::Vector3d is = simulation.state().positions.col(pin.particles[k]);
@@ -267,6 +327,39 @@ mass_spring_sim::Topology toMessage(const Model& model) {
     message.triangles.insert(message.triangles.end(), triangle.begin(), triangle.end());
   }
   return message;
+}
+
+sensor_msgs::PointCloud2 pointCloud(const Model& model, const State& state) {
+  sensor_msgs::PointCloud2 cloud;
+  cloud.height = 1;
+  sensor_msgs::PointCloud2Modifier modifier(cloud);
+  using Field = sensor_msgs::PointField;
+  modifier.setPointCloud2Fields(8, "x", 1, Field::FLOAT32, "y", 1, Field::FLOAT32, "z", 1,
+                                Field::FLOAT32, "vx", 1, Field::FLOAT32, "vy", 1, Field::FLOAT32,
+                                "vz", 1, Field::FLOAT32, "strain", 1, Field::FLOAT32, "id", 1,
+                                Field::UINT32);
+  const std::uint32_t count = model.particleCount();
+  modifier.resize(count);
+  cloud.is_dense = true;
+
+  std::vector<float> strains(count, 0.0F);
+  for (const Spring& spring : model.springs) {
+    const auto s = static_cast<float>(strain(spring, state.positions));
+    for (const std::uint32_t end : {spring.i, spring.j}) {
+      if (std::abs(s) > std::abs(strains[end])) strains[end] = s;
+    }
+  }
+  sensor_msgs::PointCloud2Iterator<float> values(cloud, "x");
+  sensor_msgs::PointCloud2Iterator<std::uint32_t> id(cloud, "id");
+  for (std::uint32_t particle = 0; particle < count; ++particle, ++values, ++id) {
+    for (int axis = 0; axis < 3; ++axis) {
+      values[axis] = static_cast<float>(state.positions(axis, particle));
+      values[3 + axis] = static_cast<float>(state.velocities(axis, particle));
+    }
+    values[6] = strains[particle];
+    *id = particle;
+  }
+  return cloud;
 }
 
 }  // namespace mass_spring

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <geometry_msgs/PoseStamped.h>
 #include <mass_spring_sim/AppliedCommand.h>
 #include <mass_spring_sim/Contacts.h>
 #include <mass_spring_sim/ForceCommand.h>
@@ -8,6 +9,7 @@
 #include <mass_spring_sim/PinStates.h>
 #include <mass_spring_sim/ShapeCommand.h>
 #include <mass_spring_sim/Topology.h>
+#include <sensor_msgs/PointCloud2.h>
 
 #include <Eigen/Geometry>
 #include <functional>
@@ -33,18 +35,28 @@ CommandResult toCommand(const mass_spring_sim::PinCommand& message, const FrameL
                         PinCommand& command);
 CommandResult toCommand(const mass_spring_sim::ShapeCommand& message, const FrameLookup& lookup,
                         ShapeCommand& command);
+/// A new target for the pin of that name.
+CommandResult toCommand(const geometry_msgs::PoseStamped& message, const std::string& pin,
+                        const FrameLookup& lookup, PinCommand& command);
 
-/// A command of the timeline, in the scene's frame; fills kind and force, pin or shape.
+/// A command in the scene's frame; fills kind and what belongs to it.
 mass_spring_sim::AppliedCommand toMessage(const Command& command);
+/// The inverse, bit for bit.
+/// @param message  of a kind that is a command: none of SET_STATE, RESET, RELOAD
+Command toCommand(const mass_spring_sim::AppliedCommand& message);
 
 // The headers are left to the caller.
 mass_spring_sim::ParticleStates toMessage(const State& state);
 mass_spring_sim::Topology toMessage(const Model& model);
+/// x y z vx vy vz strain as float32, id as uint32. The strain of a particle is that of its springs
+/// that is largest in magnitude; 0 without springs.
+sensor_msgs::PointCloud2 pointCloud(const Model& model, const State& state);
 
 // Between steps; the header is left to the caller.
-mass_spring_sim::PinStates pinStates(const Simulation& simulation);
+/// @param stale  names of pins, of shapes, whose frames are lost
+mass_spring_sim::PinStates pinStates(const Simulation& simulation,
+                                     const std::set<std::string>& stale);
 /// @param simulation  with contact
-/// @param stale       names of shapes whose frames are lost
 mass_spring_sim::Contacts contacts(const Simulation& simulation,
                                    const std::set<std::string>& stale);
 

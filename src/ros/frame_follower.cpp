@@ -10,43 +10,98 @@ namespace {
 
 const ros::Duration kLost(1.0);
 
+bool same(const Pose& a, const Pose& b) {
+  return a.position == b.position && a.orientation.coeffs() == b.orientation.coeffs();
+}
+
+/// Erases those for which there is no pin (any more).
+template <class Names, class NameOf>
+void forgetOthers(const std::map<std::string, Pin>& pins, Names& names, NameOf name_of) {
+  for (auto entry = names.begin(); entry != names.end();) {
+    entry = pins.count(name_of(*entry)) > 0 ? std::next(entry) : names.erase(entry);
+  }
+}
+
 }  // namespace
 
-std::vector<ShapeCommand> FrameFollower::lead(const Simulation& simulation) {
-  std::vector<ShapeCommand> commands;
+std::vector<Command> FrameFollower::lead(const Simulation& simulation) {
+  std::vector<Command> commands;
+  leadShapes(simulation, commands);
+  leadPins(simulation, commands);
+  return commands;
+}
+
+void FrameFollower::leadShapes(const Simulation& simulation, std::vector<Command>& commands) {
   const auto& contact = simulation.scene().effects.contact;
-  if (!contact) return commands;
+  if (!contact) return;
   for (const ContactShape& shape : contact->shapes) {
     if (shape.follow_frame.empty()) continue;
-    std::string lost;
-    try {
-      const Frames::Placed frame = frames_.find(shape.follow_frame);
-      const ros::Duration age = ros::Time::now() - frame.stamp;
-      if (!frame.stamp.isZero() && age > kLost) {
-        lost = "last heard of " + std::to_string(age.toSec()) + " s ago";
-      } else {
-        const Shape& body = *simulation.model().contact->find(shape.name);
-        Pose target;
-        target.position = frame.pose * body.start().position;
-        target.orientation = Eigen::Quaterniond(frame.pose.linear()) * body.start().orientation;
-        const Pose& before = body.motion().target();
-        if (target.position != before.position ||
-            target.orientation.coeffs() != before.orientation.coeffs()) {
-          commands.push_back({shape.name, target, 0.0});
-        }
-      }
-    } catch (const tf2::TransformException& error) {
-      lost = error.what();
-    }
-    if (!lost.empty() && stale_.insert(shape.name).second) {
-      ROS_WARN_STREAM("The shape " << shape.name << " stays where it is: its frame "
-                                   << shape.follow_frame << " is lost: " << lost);
-    } else if (lost.empty() && stale_.erase(shape.name) > 0) {
-      ROS_INFO_STREAM("The shape " << shape.name << " follows its frame " << shape.follow_frame
-                                   << '.');
+    const auto frame = find(shape.follow_frame, "shape", shape.name, stale_shapes_);
+    if (!frame) continue;
+    const Shape& body = *simulation.model().contact->find(shape.name);
+    Pose target;
+    target.position = frame->position + frame->orientation * body.start().position;
+    target.orientation = frame->orientation * body.start().orientation;
+    if (!same(target, body.motion().target())) {
+      commands.push_back(ShapeCommand{shape.name, target, 0.0});
     }
   }
-  return commands;
+}
+
+void FrameFollower::leadPins(const Simulation& simulation, std::vector<Command>& commands) {
+  for (const auto& [name, pin] : simulation.pins().all()) {
+    if (pin.follow_frame.empty()) continue;
+    const auto frame = find(pin.follow_frame, "pin", name, stale_pins_);
+    if (!frame) continue;
+    PinCommand command;
+    command.name = name;
+    command.follow_frame = pin.follow_frame;
+    command.target = *frame;
+    const auto led = led_.find(name);
+    if (led != led_.end() && same(led->second, pin.target)) {
+      if (same(*frame, pin.target)) continue;
+      command.action = PinCommand::Action::kMove;
+    } else {
+      PinCommand remove;
+      remove.action = PinCommand::Action::kRemove;
+      remove.name = name;
+      commands.push_back(remove);
+      const ModelObject& object = simulation.model().objectOf(pin.particles.front());
+      command.object = object.name;
+      for (std::uint32_t particle : pin.particles) {
+        command.particles.push_back(particle - object.first_particle);
+      }
+    }
+    led_[name] = *frame;
+    commands.push_back(std::move(command));
+  }
+  const auto& pins = simulation.pins().all();
+  forgetOthers(pins, led_, [](const auto& entry) { return entry.first; });
+  forgetOthers(pins, stale_pins_, [](const std::string& name) { return name; });
+}
+
+std::optional<Pose> FrameFollower::find(const std::string& frame, const char* kind,
+                                        const std::string& name,
+                                        std::set<std::string>& stale) const {
+  std::string lost;
+  try {
+    const Frames::Placed found = frames_.find(frame);
+    const ros::Duration age = ros::Time::now() - found.stamp;
+    if (found.stamp.isZero() || age <= kLost) {
+      if (stale.erase(name) > 0) {
+        ROS_INFO_STREAM("The " << kind << ' ' << name << " follows its frame " << frame << '.');
+      }
+      return Pose{found.pose.translation(), Eigen::Quaterniond(found.pose.linear()).normalized()};
+    }
+    lost = "last heard of " + std::to_string(age.toSec()) + " s ago";
+  } catch (const tf2::TransformException& error) {
+    lost = error.what();
+  }
+  if (stale.insert(name).second) {
+    ROS_WARN_STREAM("The " << kind << ' ' << name << " stays where it is: its frame " << frame
+                           << " is lost: " << lost);
+  }
+  return std::nullopt;
 }
 
 }  // namespace mass_spring

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -9,20 +11,32 @@
 
 namespace mass_spring {
 
-/// Leads shapes that follow a tf frame to where it is. One whose frame is lost (not known, or not
-/// heard of for a second) is held where it is. For the thread that steps.
+/// Leads pins and shapes that follow a tf frame to where it is. What a lost frame (not known, or
+/// not heard of for a second) leads is held where it is. For the thread that steps.
+///
+/// A pin is made anew when its frame is first found, and then has the frame itself for a target:
+/// its particles keep the places in the frame that they have then.
 class FrameFollower {
  public:
   explicit FrameFollower(const Frames& frames) : frames_(frames) {}
 
-  /// Commands for the shapes whose frames have moved, for the next step.
-  std::vector<ShapeCommand> lead(const Simulation& simulation);
-  /// Names of the shapes whose frames are lost.
-  const std::set<std::string>& stale() const { return stale_; }
+  /// Commands for what has moved, for the next step.
+  std::vector<Command> lead(const Simulation& simulation);
+
+  // Names of what has lost its frame.
+  const std::set<std::string>& stalePins() const { return stale_pins_; }
+  const std::set<std::string>& staleShapes() const { return stale_shapes_; }
 
  private:
+  void leadShapes(const Simulation& simulation, std::vector<Command>& commands);
+  void leadPins(const Simulation& simulation, std::vector<Command>& commands);
+  /// Where the frame is, unless it is lost; says so when that changes.
+  std::optional<Pose> find(const std::string& frame, const char* kind, const std::string& name,
+                           std::set<std::string>& stale) const;
+
   const Frames& frames_;
-  std::set<std::string> stale_;
+  std::set<std::string> stale_pins_, stale_shapes_;
+  std::map<std::string, Pose> led_;  ///< of pins that have their frame for a target: the last one
 };
 
 }  // namespace mass_spring

@@ -4,7 +4,9 @@
 
 namespace mass_spring {
 
-Frames::Frames(std::string frame_id) : frame_id_(std::move(frame_id)), listener_(buffer_) {}
+Frames::Frames(std::string frame_id)
+    : frame_id_(std::move(frame_id)),
+      listener_(buffer_, true, ros::TransportHints().tcpNoDelay()) {}
 
 Frames::Placed Frames::find(const std::string& frame_id) const {
   Placed placed{Eigen::Isometry3d::Identity(), ros::Time(0)};

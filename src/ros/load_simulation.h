@@ -17,4 +17,8 @@ namespace mass_spring {
 std::shared_ptr<Simulation> loadSimulation(const ros::NodeHandle& nh,
                                            std::vector<std::string>& problems);
 
+/// Whether the node is to follow the /clock of others.
+/// @param problems  likewise
+bool loadExternalClock(const ros::NodeHandle& nh, std::vector<std::string>& problems);
+
 }  // namespace mass_spring

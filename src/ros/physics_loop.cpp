@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "conversions.h"
+#include "mass_spring_sim/scene_reader.h"
 
 namespace mass_spring {
 
@@ -18,6 +19,8 @@ constexpr int kMaxCatchUp = 5;
 constexpr std::chrono::milliseconds kMaxSleep(100);
 
 const std::string kTimeline = "timeline", kTf = "tf";
+
+using mass_spring_sim::AppliedCommand;
 
 }  // namespace
 
@@ -51,12 +54,17 @@ bool PhysicsLoop::stop(std::chrono::milliseconds patience) {
   return ended_.wait_for(patience) == std::future_status::ready;
 }
 
-bool PhysicsLoop::offer(Command command, Answer answer) {
-  return queue_.offer([this, command = std::move(command), answer = std::move(answer)] {
-    const CommandResult result = simulation_->apply(command);
-    if (result.accepted()) redraw_ = true;
-    answer(result, simulation_->state().step + 1);
-  });
+bool PhysicsLoop::offer(Command command, std::string topic, std::string sender) {
+  return queue_.offer(
+      [this, command = std::move(command), topic = std::move(topic), sender = std::move(sender)] {
+        const CommandResult result = simulation_->apply(command);
+        if (result.accepted()) redraw_ = true;
+        tell(topic, sender, command, result);
+      });
+}
+
+void PhysicsLoop::observePins(std::function<void(std::vector<std::string>)> observer) {
+  queue_.post([this, observer = std::move(observer)] { pin_observer_ = observer; });
 }
 
 /// The result travels by value: a service that gives up waiting leaves nothing dangling behind.
@@ -93,44 +101,73 @@ std::future<bool> PhysicsLoop::setPaused(bool paused) {
   });
 }
 
-std::future<void> PhysicsLoop::reset() {
-  return ask([this] {
+std::future<void> PhysicsLoop::reset(std::string caller) {
+  return ask([this, caller = std::move(caller)] {
     finishRequest(false, "interrupted by a reset");
     simulation_->reset();
     startOver();
+    tellApplied(caller, AppliedCommand::RESET);
     publishers_.started();
   });
 }
 
-std::future<PhysicsLoop::Replacement> PhysicsLoop::replace(std::shared_ptr<Simulation> simulation) {
-  return ask([this, simulation = std::move(simulation)]() mutable {
+std::future<mass_spring_sim::ParticleStates> PhysicsLoop::state() {
+  return ask([this] { return publishers_.state(); });
+}
+
+std::future<CommandResult> PhysicsLoop::setState(Vectors positions, Vectors velocities,
+                                                 std::string caller) {
+  return ask([this, positions = std::move(positions), velocities = std::move(velocities),
+              caller = std::move(caller)] {
+    CommandResult result = simulation_->setState(positions, velocities);
+    if (result.accepted()) {
+      redraw_ = true;
+      AppliedCommand message;
+      message.kind = AppliedCommand::SET_STATE;
+      message.state = publishers_.state();
+      tellApplied(caller, std::move(message));
+    }
+    return result;
+  });
+}
+
+std::future<PhysicsLoop::Replacement> PhysicsLoop::replace(std::shared_ptr<Simulation> simulation,
+                                                           std::string caller) {
+  return ask([this, simulation, scene = toYaml(simulation->scene()),
+              caller = std::move(caller)]() mutable {
     Replacement done{simulation->continueFrom(*simulation_), simulation_};
     if (!done.continued) finishRequest(false, "interrupted by a reload");
     take(std::move(simulation));
     if (done.continued) {
       // The period may have become shorter.
-      deadline_ = std::min(deadline_, Steady::now() + period_);
+      if (const auto now = clock_.pace()) deadline_ = std::min(deadline_, *now + period_);
     } else {
       meter_ = StepMeter(simulation_->stepSize());
       startOver();
     }
+    AppliedCommand message;
+    message.kind = AppliedCommand::RELOAD;
+    message.scene = std::move(scene);
+    tellApplied(caller, std::move(message));
     publishers_.replaced(simulation_, done.continued);
     return done;
   });
 }
 
-std::future<std::uint32_t> PhysicsLoop::clearForces() {
-  return ask([this] {
+std::future<std::uint32_t> PhysicsLoop::clearForces(std::string caller) {
+  return ask([this, caller = std::move(caller)] {
     const std::uint32_t count = simulation_->activeForces();
     simulation_->clearForces();
+    tellApplied(caller, AppliedCommand::CLEAR_FORCES);
     return count;
   });
 }
 
-std::future<std::uint32_t> PhysicsLoop::clearPins() {
-  return ask([this] {
+std::future<std::uint32_t> PhysicsLoop::clearPins(std::string caller) {
+  return ask([this, caller = std::move(caller)] {
     const auto count = static_cast<std::uint32_t>(simulation_->pins().all().size());
     simulation_->clearPins();
+    tellApplied(caller, AppliedCommand::CLEAR_PINS);
     redraw_ = true;
     return count;
   });
@@ -143,25 +180,47 @@ void PhysicsLoop::redraw() {
 void PhysicsLoop::take(std::shared_ptr<Simulation> simulation) {
   simulation_ = std::move(simulation);
   simulation_->observeTimeline([this](const Command& command, const CommandResult& result) {
-    tell(kTimeline, command, result);
+    tell(kTimeline, kTimeline, command, result);
   });
-  const double factor = simulation_->scene().real_time_factor;
+  double factor = simulation_->scene().real_time_factor;
+  if (clock_.followed() && factor == 0.0) factor = 1.0;
   period_ =
       factor == 0.0
           ? Steady::duration::zero()
           : std::chrono::duration_cast<Steady::duration>(Seconds(simulation_->stepSize() / factor));
 }
 
-void PhysicsLoop::tell(const std::string& sender, const Command& command,
+void PhysicsLoop::tell(const std::string& topic, const std::string& sender, const Command& command,
                        const CommandResult& result) {
-  if (!result.accepted()) {
-    publishers_.rejected(sender, sender, result);
-    return;
+  if (result.accepted()) {
+    tellApplied(sender, toMessage(command));
+  } else {
+    publishers_.rejected(topic, sender, result);
   }
-  mass_spring_sim::AppliedCommand message = toMessage(command);
+}
+
+void PhysicsLoop::tellApplied(const std::string& sender, AppliedCommand message) {
   message.sender = sender;
   message.step = simulation_->state().step + 1;
   publishers_.applied(std::move(message));
+}
+
+void PhysicsLoop::tellApplied(const std::string& sender, std::uint8_t kind) {
+  AppliedCommand message;
+  message.kind = kind;
+  tellApplied(sender, std::move(message));
+}
+
+void PhysicsLoop::tellPins() {
+  const auto& pins = simulation_->pins().all();
+  if (!pin_observer_ ||
+      std::equal(pins.begin(), pins.end(), pins_.begin(), pins_.end(),
+                 [](const auto& pin, const std::string& name) { return pin.first == name; })) {
+    return;
+  }
+  pins_.clear();
+  for (const auto& [name, pin] : pins) pins_.push_back(name);
+  pin_observer_(pins_);
 }
 
 void PhysicsLoop::startOver() {
@@ -171,8 +230,10 @@ void PhysicsLoop::startOver() {
 
 void PhysicsLoop::run() {
   synchronise();
+  clock_.observe([this] { queue_.wake(); });
   while (!queue_.closed()) {
     for (CommandQueue::Task& task : queue_.take()) task();
+    tellPins();
     if (stepDue()) {
       advance();
       continue;
@@ -180,18 +241,23 @@ void PhysicsLoop::run() {
     if (std::exchange(redraw_, false) && paused_) publishers_.redraw(false);
     clock_.repeat();
     const Steady::time_point longest = Steady::now() + kMaxSleep;
-    queue_.wait(paused_ ? longest : std::min(deadline_, longest));
+    queue_.wait(paused_ || clock_.followed() ? longest : std::min(deadline_, longest));
   }
 }
 
-bool PhysicsLoop::stepDue() const {
+bool PhysicsLoop::stepDue() {
   if (paused_) return request_.has_value();
-  return period_ == Steady::duration::zero() || Steady::now() >= deadline_;
+  if (period_ == Steady::duration::zero()) return true;
+  const auto now = clock_.pace();
+  if (!now) return false;
+  if (*now + period_ < deadline_)
+    synchronise();  // it jumped back, or is heard of for the first time
+  return *now >= deadline_;
 }
 
 void PhysicsLoop::advance() {
-  for (const ShapeCommand& command : follower_.lead(*simulation_)) {
-    tell(kTf, command, simulation_->apply(command));
+  for (const Command& command : follower_.lead(*simulation_)) {
+    tell(kTf, kTf, command, simulation_->apply(command));
   }
   const Steady::time_point begin = Steady::now();
   const StepReport report = simulation_->step();
@@ -199,6 +265,7 @@ void PhysicsLoop::advance() {
   if (report.status == StepStatus::kFailed) {
     ROS_ERROR_STREAM("The simulation is paused, as step " << simulation_->state().step + 1
                                                           << " failed: " << report.message);
+    publishers_.failed(report);
     if (!paused_) changePaused(true);
     finishRequest(false, report.message);
     return;
@@ -211,18 +278,20 @@ void PhysicsLoop::advance() {
                             << " springs broke (" << simulation_->totals().broken_springs
                             << " since the start)");
   }
-  clock_.advance(simulation_->state().time);
+  clock_.advance(simulation_->state().time, paused_ ? std::nullopt : std::optional(deadline_));
   meter_.add(end, Seconds(end - begin).count());
   if (period_ > Steady::duration::zero() && end - begin > period_) ++overruns_;
-  deadline_ = std::max(deadline_ + period_, end - kMaxCatchUp * period_);
+  if (const auto now = clock_.pace()) {
+    deadline_ = std::max(deadline_ + period_, *now - kMaxCatchUp * period_);
+  }
   publishers_.stepped(report, meter_.figures(end), overruns_);
   if (request_ && ++request_->done == request_->steps) finishRequest(true, "");
 }
 
 void PhysicsLoop::synchronise() {
-  const Steady::time_point now = Steady::now();
-  deadline_ = now + period_;
-  meter_.start(now);
+  const auto now = clock_.pace();
+  deadline_ = now ? *now + period_ : Clock::Pace::max();
+  meter_.start(Steady::now());
 }
 
 void PhysicsLoop::changePaused(bool paused) {

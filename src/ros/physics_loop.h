@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "clock.h"
 #include "command_queue.h"
@@ -19,10 +20,10 @@
 
 namespace mass_spring {
 
-/// Steps a simulation on a thread of its own, paced by the steady clock: ros::Timer and ros::Rate
-/// would wait for the very /clock that the steps make. Between two steps, what other threads have
-/// asked for is done in order of arrival, and at once while no step is due. Says on ~applied and
-/// ~rejected what became of commands of the timeline.
+/// Steps a simulation on a thread of its own, paced by the steady clock (ros::Timer and ros::Rate
+/// would wait for the very /clock that the steps make) or by the /clock of others. Between two
+/// steps, what other threads have asked for is done in order of arrival, and at once while no step
+/// is due. Says on ~applied and ~rejected what became of it.
 class PhysicsLoop {
  public:
   PhysicsLoop(std::shared_ptr<Simulation> simulation, Clock& clock, FrameFollower& follower,
@@ -34,13 +35,15 @@ class PhysicsLoop {
   /// Asks the loop to end. @return false if the step at hand takes longer than patience
   bool stop(std::chrono::milliseconds patience);
 
-  /// What became of a command. Called on the thread that steps.
-  /// @param step  the first step that the command acts on
-  using Answer = std::function<void(const CommandResult&, std::uint64_t step)>;
+  /// @param topic   that the command came on
+  /// @param sender  the node that sent it
   /// @return false if too many commands are waiting already
-  bool offer(Command command, Answer answer);
+  bool offer(Command command, std::string topic, std::string sender);
+  /// Called on the thread that steps with the names of the pins there are, when others are there.
+  void observePins(std::function<void(std::vector<std::string>)> observer);
 
-  // For services. The future is broken (std::future_error) if the loop ends first.
+  // For services; the caller is the node that called them. The future is broken (std::future_error)
+  // if the loop ends first.
 
   struct StepOutcome {
     bool success;
@@ -52,7 +55,10 @@ class PhysicsLoop {
   std::future<StepOutcome> step(std::uint32_t steps);
   /// @return whether that was a change
   std::future<bool> setPaused(bool paused);
-  std::future<void> reset();
+  std::future<void> reset(std::string caller);
+  /// The state as it stands, for a message.
+  std::future<mass_spring_sim::ParticleStates> state();
+  std::future<CommandResult> setState(Vectors positions, Vectors velocities, std::string caller);
   struct Replacement {
     bool
         continued;  ///< the new simulation goes on where the old one stood, else it is at its start
@@ -60,10 +66,10 @@ class PhysicsLoop {
     std::shared_ptr<const Simulation> old;
   };
   /// Steps another simulation from now on. Whether that is paused does not change.
-  std::future<Replacement> replace(std::shared_ptr<Simulation> simulation);
+  std::future<Replacement> replace(std::shared_ptr<Simulation> simulation, std::string caller);
   /// @return how many there were
-  std::future<std::uint32_t> clearForces();
-  std::future<std::uint32_t> clearPins();
+  std::future<std::uint32_t> clearForces(std::string caller);
+  std::future<std::uint32_t> clearPins(std::string caller);
 
   /// For viewers that have just come.
   void redraw();
@@ -79,13 +85,18 @@ class PhysicsLoop {
   auto ask(Function function) -> std::future<decltype(function())>;
   void run();
   void take(std::shared_ptr<Simulation> simulation);
-  /// Says what became of a command that no node sent.
-  void tell(const std::string& sender, const Command& command, const CommandResult& result);
+  /// Says what became of a command.
+  void tell(const std::string& topic, const std::string& sender, const Command& command,
+            const CommandResult& result);
+  /// Says that something was done that acts on the next step.
+  void tellApplied(const std::string& sender, mass_spring_sim::AppliedCommand message);
+  void tellApplied(const std::string& sender, std::uint8_t kind);
+  void tellPins();
   /// Simulated time begins anew.
   void startOver();
-  bool stepDue() const;
+  bool stepDue();
   void advance();
-  /// From now on in step with wall time.
+  /// From now on in step with the clock.
   void synchronise();
   void changePaused(bool paused);
   void finishRequest(bool success, const std::string& message);
@@ -97,11 +108,13 @@ class PhysicsLoop {
 
   // Of the thread that steps.
   std::shared_ptr<Simulation> simulation_;
-  Steady::duration period_;  ///< wall time per step; 0 = not paced
+  Steady::duration period_;  ///< of the clock that paces, per step; 0 = not paced
   bool paused_;
   bool redraw_ = false;  ///< what viewers see is out of date
   std::optional<StepRequest> request_;
-  Steady::time_point deadline_;  ///< of the next step
+  std::vector<std::string> pins_;  ///< as the observer knows them
+  std::function<void(std::vector<std::string>)> pin_observer_;
+  Clock::Pace deadline_;  ///< of the next step
   StepMeter meter_;
   std::uint64_t overruns_ = 0;
   Throttle degraded_throttle_, broken_throttle_;

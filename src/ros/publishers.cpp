@@ -67,12 +67,14 @@ Publishers::Publishers(ros::NodeHandle& nh, std::shared_ptr<const Simulation> si
       clock_(clock),
       follower_(follower),
       simulation_(std::move(simulation)),
+      diagnostics_(clock.followed()),
       thread_(maxStates(simulation_->model().particleCount())) {
   const std::size_t max_states = maxStates(simulation_->model().particleCount());
   markers_publisher_ = nh.advertise<visualization_msgs::MarkerArray>(
       topics::kMarkers, 1, [on_viewer](const ros::SingleSubscriberPublisher&) { on_viewer(); });
   state_publisher_ = nh.advertise<mass_spring_sim::ParticleStates>(topics::kState, max_states);
   topology_publisher_ = nh.advertise<mass_spring_sim::Topology>(topics::kTopology, 1, true);
+  points_publisher_ = nh.advertise<sensor_msgs::PointCloud2>(topics::kPoints, 1);
   pins_publisher_ = nh.advertise<mass_spring_sim::PinStates>(topics::kPins, 100);
   stats_publisher_ = nh.advertise<mass_spring_sim::SolverStats>(topics::kStats, 100);
   applied_publisher_ = nh.advertise<mass_spring_sim::AppliedCommand>(topics::kApplied, 10000);
@@ -93,6 +95,7 @@ void Publishers::offerContacts() {
 }
 
 void Publishers::started() {
+  diagnostics_.started(*simulation_);
   publishTopology();
   if (simulation_->scene().publish.state > 0.0 && state_publisher_.getNumSubscribers() > 0) {
     thread_.post(PublishingThread::kState, [this, s = snapshot()] { publishState(*s); });
@@ -108,6 +111,7 @@ void Publishers::replaced(std::shared_ptr<const Simulation> simulation, bool con
     started();
     return;
   }
+  diagnostics_.started(*simulation_);
   publishTopology();
   redraw(true);
 }
@@ -115,31 +119,37 @@ void Publishers::replaced(std::shared_ptr<const Simulation> simulation, bool con
 void Publishers::stepped(const StepReport& report, const StepMeter::Figures& figures,
                          std::uint64_t overruns) {
   const PublishRates& rates = simulation_->scene().publish;
+  diagnostics_.stepped(report, figures, overruns, *simulation_, follower_.stalePins(),
+                       follower_.staleShapes());
   if (report.broken_springs > 0) publishTopology();
   const bool state = due(rates.state) && state_publisher_.getNumSubscribers() > 0;
   if (due(rates.pins) && pins_publisher_.getNumSubscribers() > 0) {
     thread_.post(PublishingThread::kPins,
-                 [this, message = pinStates(*simulation_), stamp = clock_.stamp()]() mutable {
+                 [this, message = pinStates(*simulation_, follower_.stalePins()),
+                  stamp = clock_.stamp()]() mutable {
                    message.header = header(stamp);
                    pins_publisher_.publish(message);
                  });
   }
   if (contacts_publisher_ && due(rates.contacts) && contacts_publisher_.getNumSubscribers() > 0) {
-    thread_.post(PublishingThread::kContacts, [this, publisher = contacts_publisher_,
-                                               message = contacts(*simulation_, follower_.stale()),
-                                               stamp = clock_.stamp()]() mutable {
-      message.header = header(stamp);
-      publisher.publish(message);
-    });
+    thread_.post(PublishingThread::kContacts,
+                 [this, publisher = contacts_publisher_,
+                  message = contacts(*simulation_, follower_.staleShapes()),
+                  stamp = clock_.stamp()]() mutable {
+                   message.header = header(stamp);
+                   publisher.publish(message);
+                 });
   }
   const bool stats = due(rates.stats) && stats_publisher_.getNumSubscribers() > 0;
   const auto now = std::chrono::steady_clock::now();
   const bool markers =
       due(rates.markers) && now >= next_markers_ && markers_publisher_.getNumSubscribers() > 0;
-  if (!state && !stats && !markers) return;
+  const bool points = due(rates.points) && points_publisher_.getNumSubscribers() > 0;
+  if (!state && !points && !stats && !markers) return;
 
   const std::shared_ptr<Snapshot> s = snapshot();
   if (state) thread_.post(PublishingThread::kState, [this, s] { publishState(*s); });
+  if (points) thread_.post(PublishingThread::kPoints, [this, s] { publishPoints(*s); });
   if (stats) {
     mass_spring_sim::SolverStats& message = s->stats;
     // Measured here, as yielding springs change with the next step.
@@ -173,7 +183,10 @@ void Publishers::stepped(const StepReport& report, const StepMeter::Figures& fig
   }
 }
 
+void Publishers::failed(const StepReport& report) { diagnostics_.failed(report.message); }
+
 void Publishers::paused(bool paused) {
+  diagnostics_.paused(paused);
   std_msgs::Bool message;
   message.data = paused;
   paused_publisher_.publish(message);
@@ -187,9 +200,21 @@ void Publishers::redraw(bool start_over) {
   thread_.post(PublishingThread::kMarkers, [this, s = snapshot()] { publishMarkers(*s); });
 }
 
+mass_spring_sim::ParticleStates Publishers::state() const {
+  mass_spring_sim::ParticleStates message = toMessage(simulation_->state());
+  message.header = header(clock_.stamp());
+  return message;
+}
+
 void Publishers::applied(mass_spring_sim::AppliedCommand message) {
+  message.number = ++applied_commands_;
+  diagnostics_.applied();
   if (applied_publisher_.getNumSubscribers() == 0) return;
-  message.header = header(clock_.now());
+  // A run that starts anew has its start and this at the same time, whatever clock that is of: in a
+  // recording, what belongs to which run.
+  const bool start = message.kind == mass_spring_sim::AppliedCommand::RESET ||
+                     message.kind == mass_spring_sim::AppliedCommand::RELOAD;
+  message.header = header(start ? clock_.stamp() : clock_.now());
   thread_.post(PublishingThread::kEvents,
                [this, message = std::move(message)] { applied_publisher_.publish(message); });
 }
@@ -197,6 +222,7 @@ void Publishers::applied(mass_spring_sim::AppliedCommand message) {
 void Publishers::rejected(const std::string& topic, const std::string& sender,
                           const CommandResult& result) {
   ++rejected_commands_;
+  diagnostics_.rejected(result.message);
   if (rejected_throttle_.ready()) {
     ROS_WARN_STREAM("Refused a command of " << sender << " on " << topic << ": " << result.message);
   }
@@ -261,6 +287,12 @@ void Publishers::publishState(const Snapshot& snapshot) {
   mass_spring_sim::ParticleStates message = toMessage(snapshot.state);
   message.header = header(snapshot.stamp);
   state_publisher_.publish(message);
+}
+
+void Publishers::publishPoints(const Snapshot& snapshot) {
+  sensor_msgs::PointCloud2 message = pointCloud(*snapshot.model, snapshot.state);
+  message.header = header(snapshot.stamp);
+  points_publisher_.publish(message);
 }
 
 void Publishers::publishStats(const Snapshot& snapshot) {

@@ -12,6 +12,7 @@
 #include <string>
 
 #include "clock.h"
+#include "diagnostics.h"
 #include "frame_follower.h"
 #include "markers.h"
 #include "mass_spring_sim/simulation.h"
@@ -21,8 +22,8 @@
 
 namespace mass_spring {
 
-/// All topics but /clock. The thread that steps hands in what has happened; messages are built and
-/// published on another, and only if somebody listens.
+/// All topics but /clock, and the diagnostics. The thread that steps hands in what has happened;
+/// messages are built and published on another, and only if somebody listens.
 class Publishers {
  public:
   /// @param nh         private node handle
@@ -40,14 +41,18 @@ class Publishers {
   void replaced(std::shared_ptr<const Simulation> simulation, bool continued);
   /// Tells the topology anew where springs broke.
   void stepped(const StepReport& report, const StepMeter::Figures& figures, std::uint64_t overruns);
+  /// A step failed; the simulation stands where it was.
+  void failed(const StepReport& report);
   void paused(bool paused);
+  /// Of the simulation as it stands.
+  mass_spring_sim::ParticleStates state() const;
+  /// Adds header and number to the message.
+  void applied(mass_spring_sim::AppliedCommand message);
   /// Shows the simulation as it stands, to viewers that know nothing yet, or while no step does.
   void redraw(bool start_over);
 
   // For any thread.
 
-  /// Adds the header to the message.
-  void applied(mass_spring_sim::AppliedCommand message);
   /// Counts it, too, and warns, once a second at the most.
   void rejected(const std::string& topic, const std::string& sender, const CommandResult& result);
 
@@ -62,6 +67,7 @@ class Publishers {
   void publishTopology();
   std_msgs::Header header(const ros::Time& stamp) const;
   void publishState(const Snapshot& snapshot);
+  void publishPoints(const Snapshot& snapshot);
   void publishStats(const Snapshot& snapshot);
   void publishMarkers(const Snapshot& snapshot);
 
@@ -70,8 +76,8 @@ class Publishers {
   const Clock& clock_;
   const FrameFollower& follower_;
   ros::Publisher markers_publisher_, state_publisher_, topology_publisher_, pins_publisher_,
-      contacts_publisher_, stats_publisher_, applied_publisher_, rejected_publisher_,
-      paused_publisher_, scene_publisher_;
+      points_publisher_, contacts_publisher_, stats_publisher_, applied_publisher_,
+      rejected_publisher_, paused_publisher_, scene_publisher_;
   std::atomic<bool> start_over_{false};  ///< the next markers begin with a DELETEALL
   std::atomic<std::uint64_t> rejected_commands_{0};
   Throttle rejected_throttle_;
@@ -79,12 +85,14 @@ class Publishers {
   // Of the thread that steps.
   std::shared_ptr<const Simulation> simulation_;
   std::chrono::steady_clock::time_point next_markers_;
+  std::uint64_t applied_commands_ = 0;
 
   // Of the thread that publishes.
   std::weak_ptr<const Simulation> drawn_;  ///< by markers_; a replaced one is not kept for that
   std::weak_ptr<const Model> drawn_model_;
   std::optional<Markers> markers_;
 
+  Diagnostics diagnostics_;
   PublishingThread thread_;  ///< last, so that it ends before what it uses
 };
 

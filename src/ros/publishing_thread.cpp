@@ -12,7 +12,7 @@ namespace mass_spring {
 // Somebody who plots or records wants each state and each event, so a moment's delay must not cost
 // one; figures and markers that are late are of no use to anybody.
 PublishingThread::PublishingThread(std::size_t max_states)
-    : capacities_{10000, max_states, 100, 100, 10, 1}, thread_([this] { run(); }) {}
+    : capacities_{10000, max_states, 100, 100, 10, 1, 1}, thread_([this] { run(); }) {}
 
 PublishingThread::~PublishingThread() {
   {

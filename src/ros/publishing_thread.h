@@ -16,7 +16,7 @@ class PublishingThread {
  public:
   using Job = std::function<void()>;
   /// In order of precedence.
-  enum Lane { kEvents, kState, kPins, kContacts, kStats, kMarkers, kLaneCount };
+  enum Lane { kEvents, kState, kPins, kContacts, kStats, kPoints, kMarkers, kLaneCount };
 
   /// @param max_states  how many jobs may wait in the lane kState
   explicit PublishingThread(std::size_t max_states);

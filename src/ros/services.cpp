@@ -33,6 +33,17 @@ bool answerCount(std::future<std::uint32_t> count, const std::string& what,
   return true;
 }
 
+/// Refuses what cannot be a vector per particle.
+CommandResult toVectors(const std::vector<double>& numbers, const char* field, Vectors& vectors) {
+  if (numbers.size() % 3 != 0) {
+    return {Refusal::kBadLength, std::string(field) + ": got " + std::to_string(numbers.size()) +
+                                     " numbers, expected 3 per particle"};
+  }
+  vectors =
+      Eigen::Map<const Vectors>(numbers.data(), 3, static_cast<Eigen::Index>(numbers.size() / 3));
+  return {};
+}
+
 }  // namespace
 
 Services::Services(ros::NodeHandle nh, ros::CallbackQueue& step_queue, std::string frame_id,
@@ -43,8 +54,23 @@ Services::Services(ros::NodeHandle nh, ros::CallbackQueue& step_queue, std::stri
   reload_ = nh.advertiseService(topics::kReload, &Services::reload, this);
   clear_forces_ = nh.advertiseService(topics::kClearForces, &Services::clearForces, this);
   clear_pins_ = nh.advertiseService(topics::kClearPins, &Services::clearPins, this);
+  get_state_ = nh.advertiseService(topics::kGetState, &Services::getState, this);
+  set_state_ = nh.advertiseService(topics::kSetState, &Services::setState, this);
   nh.setCallbackQueue(&step_queue);
   step_ = nh.advertiseService(topics::kStep, &Services::step, this);
+}
+
+std::vector<std::string> Services::names() const {
+  std::vector<std::string> names;
+  for (const ros::ServiceServer* server : {&set_paused_, &step_, &reset_, &reload_, &clear_forces_,
+                                           &clear_pins_, &get_state_, &set_state_}) {
+    names.push_back(server->getService());
+  }
+  // These roscpp offers by itself.
+  for (const char* name : {"get_loggers", "set_logger_level"}) {
+    names.push_back(nh_.resolveName(name));
+  }
+  return names;
 }
 
 bool Services::setPaused(std_srvs::SetBool::Request& request,
@@ -72,14 +98,16 @@ bool Services::step(mass_spring_sim::Step::Request& request,
   return true;
 }
 
-bool Services::reset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
-  std::future<void> done = loop_.reset();
+bool Services::reset(TriggerCall& call) {
+  std_srvs::Trigger::Response& response = call.getResponse();
+  std::future<void> done = loop_.reset(call.getCallerName());
   response.success = await(done, response.message);
   if (response.success) response.message = "at the start";
   return true;
 }
 
-bool Services::reload(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
+bool Services::reload(TriggerCall& call) {
+  std_srvs::Trigger::Response& response = call.getResponse();
   // Read and built here, beside the steps of the old scene.
   std::vector<std::string> problems;
   std::shared_ptr<Simulation> simulation = loadSimulation(nh_, problems);
@@ -99,7 +127,8 @@ bool Services::reload(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& 
     return true;
   }
   const std::string scheme_reason = simulation->model().scheme_reason;
-  std::future<PhysicsLoop::Replacement> replacement = loop_.replace(std::move(simulation));
+  std::future<PhysicsLoop::Replacement> replacement =
+      loop_.replace(std::move(simulation), call.getCallerName());
   response.success = await(replacement, response.message);
   if (response.success) {
     response.message = replacement.get().continued ? "the run goes on" : "at the start";
@@ -109,12 +138,39 @@ bool Services::reload(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& 
   return true;
 }
 
-bool Services::clearForces(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
-  return answerCount(loop_.clearForces(), "forces", response);
+bool Services::clearForces(TriggerCall& call) {
+  return answerCount(loop_.clearForces(call.getCallerName()), "forces", call.getResponse());
 }
 
-bool Services::clearPins(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
-  return answerCount(loop_.clearPins(), "pins", response);
+bool Services::clearPins(TriggerCall& call) {
+  return answerCount(loop_.clearPins(call.getCallerName()), "pins", call.getResponse());
+}
+
+bool Services::getState(mass_spring_sim::GetState::Request&,
+                        mass_spring_sim::GetState::Response& response) {
+  std::future<mass_spring_sim::ParticleStates> state = loop_.state();
+  response.success = await(state, response.message);
+  if (response.success) response.state = state.get();
+  return true;
+}
+
+bool Services::setState(SetStateCall& call) {
+  const mass_spring_sim::SetState::Request& request = call.getRequest();
+  mass_spring_sim::SetState::Response& response = call.getResponse();
+  Vectors positions, velocities;
+  CommandResult result = toVectors(request.positions, "positions", positions);
+  if (result.accepted()) result = toVectors(request.velocities, "velocities", velocities);
+  if (result.accepted()) {
+    if (request.velocities.empty()) velocities.setZero(3, positions.cols());
+    std::future<CommandResult> done =
+        loop_.setState(std::move(positions), std::move(velocities), call.getCallerName());
+    response.success = await(done, response.message);
+    if (!response.success) return true;
+    result = done.get();
+  }
+  response.success = result.accepted();
+  response.message = result.message;
+  return true;
 }
 
 }  // namespace mass_spring

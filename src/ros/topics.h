@@ -1,11 +1,14 @@
 #pragma once
 
+#include <string>
+
 namespace mass_spring::topics {
 
 // Published, relative to the node's private namespace.
 constexpr char kMarkers[] = "markers";
 constexpr char kState[] = "state";
 constexpr char kTopology[] = "topology";
+constexpr char kPoints[] = "points";
 constexpr char kPins[] = "pins";
 constexpr char kContacts[] = "contacts";
 constexpr char kStats[] = "stats";
@@ -16,11 +19,13 @@ constexpr char kScene[] = "scene";
 
 // Published, global.
 constexpr char kClock[] = "/clock";
+constexpr char kDiagnostics[] = "/diagnostics";
 
 // Subscribed.
 constexpr char kForce[] = "force";
 constexpr char kPin[] = "pin";
 constexpr char kShape[] = "shape";
+inline std::string target(const std::string& pin) { return "pins/" + pin + "/target"; }
 
 // Services.
 constexpr char kSetPaused[] = "set_paused";
@@ -29,5 +34,7 @@ constexpr char kReset[] = "reset";
 constexpr char kReload[] = "reload";
 constexpr char kClearForces[] = "clear_forces";
 constexpr char kClearPins[] = "clear_pins";
+constexpr char kGetState[] = "get_state";
+constexpr char kSetState[] = "set_state";
 
 }  // namespace mass_spring::topics

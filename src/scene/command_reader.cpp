@@ -115,6 +115,9 @@ void readPinCommand(const Place& place, const ParticleCounts& counts, PinCommand
   std::size_t action = 0;
   if (!keys.required("action").read(action, kActions)) return;
   command.action = static_cast<PinCommand::Action>(action);
+  if (command.action != PinCommand::Action::kRemove) {
+    readFrame(keys.optional("follow_frame"), command.follow_frame);
+  }
   const Place name = keys.required("name");
   if (name.read(command.name, kNameRule) && !isName(command.name)) name.refuse(kNameRule);
   if (command.action == PinCommand::Action::kAdd) {
@@ -139,6 +142,11 @@ void readShapeCommand(const Place& place, const std::vector<std::string>* shapes
   readOrientation(keys.optional("orientation"), command.target.orientation);
   keys.optional("duration").read(command.duration, atLeastZero("s"));
   keys.refuseUnknown();
+}
+
+void readClearCommand(const Place& place, ClearCommand& command) {
+  std::size_t what = 0;
+  if (place.read(what, {"forces", "pins"})) command.what = static_cast<ClearCommand::What>(what);
 }
 
 }  // namespace mass_spring

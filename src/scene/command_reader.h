@@ -22,4 +22,7 @@ void readPinCommand(const Place& place, const ParticleCounts& counts, PinCommand
 void readShapeCommand(const Place& place, const std::vector<std::string>* shapes,
                       ShapeCommand& command);
 
+/// forces or pins, of a timeline.
+void readClearCommand(const Place& place, ClearCommand& command);
+
 }  // namespace mass_spring

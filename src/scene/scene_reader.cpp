@@ -50,6 +50,7 @@ void readPublish(const Place& place, PublishRates& rates) {
   MapReader keys(place, "a map of rates");
   keys.optional("markers").read(rates.markers, kRate);
   keys.optional("state").read(rates.state, kRate);
+  keys.optional("points").read(rates.points, kRate);
   keys.optional("pins").read(rates.pins, kRate);
   keys.optional("contacts").read(rates.contacts, kRate);
   keys.optional("stats").read(rates.stats, kRate);

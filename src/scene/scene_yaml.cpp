@@ -165,6 +165,7 @@ void writeCommand(Writer& yaml, const PinCommand& command) {
     const Eigen::Vector4d orientation = command.target.orientation.coeffs();
     yaml.add("orientation", orientation);
   }
+  if (!command.follow_frame.empty()) yaml.add("follow_frame", command.follow_frame);
   yaml.end();
 }
 
@@ -176,6 +177,10 @@ void writeCommand(Writer& yaml, const ShapeCommand& command) {
   yaml.add("orientation", orientation);
   yaml.add("duration", command.duration);
   yaml.end();
+}
+
+void writeCommand(Writer& yaml, const ClearCommand& command) {
+  yaml.add("clear", command.what == ClearCommand::What::kForces ? "forces" : "pins");
 }
 
 void writeSolver(Writer& yaml, const SolverOptions& solver) {
@@ -211,6 +216,7 @@ void writePins(Writer& yaml, const std::vector<ScenePin>& pins) {
     yaml.begin(pin.name);
     yaml.add("object", pin.object);
     yaml.add("particles", pin.particles);
+    if (!pin.follow_frame.empty()) yaml.add("follow_frame", pin.follow_frame);
     yaml.end();
   }
   yaml.end();
@@ -334,6 +340,7 @@ std::string toYaml(const Scene& scene) {
   yaml.begin("publish");
   yaml.add("markers", scene.publish.markers);
   yaml.add("state", scene.publish.state);
+  yaml.add("points", scene.publish.points);
   yaml.add("pins", scene.publish.pins);
   yaml.add("contacts", scene.publish.contacts);
   yaml.add("stats", scene.publish.stats);

@@ -9,43 +9,48 @@ namespace {
 
 struct Entry {
   TimedCommand timed;
-  Place place;  ///< of the command
+  Place pin;  ///< of the command, if it is one
 };
 
 void readEntry(const Place& place, const ParticleCounts& counts, const Limits& limits,
                const std::vector<std::string>* shapes, std::vector<Entry>& entries) {
-  MapReader keys(place, "a map with time and one of force, pin and shape");
+  MapReader keys(place, "a map with time and one of force, pin, shape and clear");
   TimedCommand timed;
   keys.required("time").read(timed.time, atLeastZero("s"));
   const Place force = keys.optional("force");
   const Place pin = keys.optional("pin");
   const Place shape = keys.optional("shape");
-  const int commands = force.present() + pin.present() + shape.present();
+  const Place clear = keys.optional("clear");
+  const int commands = force.present() + pin.present() + shape.present() + clear.present();
   if (commands != 1) {
     place.report(commands == 0 ? "no command" : "several commands",
-                 "just one of force, pin and shape");
+                 "just one of force, pin, shape and clear");
   } else if (force.present()) {
     readForceCommand(force, counts, limits, timed.command.emplace<ForceCommand>());
   } else if (pin.present()) {
     readPinCommand(pin, counts, timed.command.emplace<PinCommand>());
-  } else {
+  } else if (shape.present()) {
     readShapeCommand(shape, shapes, timed.command.emplace<ShapeCommand>());
+  } else {
+    readClearCommand(clear, timed.command.emplace<ClearCommand>());
   }
   keys.refuseUnknown();
-  entries.push_back({timed, force.present() ? force : pin.present() ? pin : shape});
+  entries.push_back({timed, pin});
 }
 
 /// Walks through the timeline as a simulation would, with the pins alone.
 void checkPins(const std::vector<Entry>& entries, PinLedger& ledger) {
   for (const Entry& entry : entries) {
+    const auto* clear = std::get_if<ClearCommand>(&entry.timed.command);
+    if (clear != nullptr && clear->what == ClearCommand::What::kPins) ledger = PinLedger();
     const auto* command = std::get_if<PinCommand>(&entry.timed.command);
     if (command == nullptr) continue;
-    const Place name = entry.place.child("name", true);
+    const Place name = entry.pin.child("name", true);
     const bool exists = ledger.names().count(command->name) > 0;
     if (command->action == PinCommand::Action::kAdd) {
       if (exists) name.refuse("a name that no pin has at that time");
       ledger.add(command->name, command->object, command->particles,
-                 entry.place.child("particles", false));
+                 entry.pin.child("particles", false));
     } else if (!exists) {
       const std::vector<std::string> known(ledger.names().begin(), ledger.names().end());
       name.refuse("a pin that exists at that time (" +
@@ -69,6 +74,7 @@ std::vector<ScenePin> readPins(const Place& place, const ParticleCounts& counts,
     ScenePin pin;
     pin.name = name;
     MapReader keys(entry, "a map with object and particles");
+    readFrame(keys.optional("follow_frame"), pin.follow_frame);
     const bool has_object = readObjectName(keys.required("object"), counts, pin.object);
     const Place particles = keys.required("particles");
     const auto count = has_object ? counts.at(pin.object) : std::nullopt;

@@ -6,7 +6,7 @@
 /// results. Named by what they need: a clone for `arch=haswell` would run on a Haswell and no
 /// later processor.
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__) && \
-    !defined(__SANITIZE_ADDRESS__)
+    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #if __GNUC__ >= 12
 #define MASS_SPRING_DISPATCH \
   __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))

@@ -6,7 +6,7 @@ import rostest
 from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 from std_msgs.msg import Bool
 
-from mass_spring_sim.msg import ForceCommand, PinCommand
+from mass_spring_sim.msg import AppliedCommand, ForceCommand, PinCommand
 from mass_spring_sim.srv import Step
 from simulated_node import NodeTest, motion, positions
 
@@ -64,8 +64,10 @@ class ControlTest(NodeTest):
         start = node.reset()
         undisturbed = motion(node.step(40))
         # The force of the timeline started anew, too.
-        self.assertEqual([(applied.sender, applied.step) for applied in node.applied.wait_count(1)],
-                         [('timeline', 6)])
+        told = node.applied.wait_count(2)
+        self.assertEqual([(applied.number, applied.kind, applied.sender, applied.step)
+                          for applied in told], [(1, AppliedCommand.RESET, rospy.get_name(), 1),
+                                                 (2, AppliedCommand.FORCE, 'timeline', 6)])
         self.assertEqual(motion([node.reset()]), motion([start]))
 
         self.assert_applied(node.send(ForceCommand(object='sheet', duration=-1.0,

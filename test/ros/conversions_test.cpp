@@ -4,6 +4,7 @@
 #include <tf2/exceptions.h>
 
 #include <cmath>
+#include <cstring>
 #include <functional>
 #include <limits>
 #include <vector>
@@ -121,7 +122,12 @@ TEST(PinConversion, RefusesWhatItCannotNameOrSee) {
       {Refusal::kBadValue, [](Message& m) { m.target.orientation.w = 0.99; }},
       {Refusal::kBadValue, [](Message& m) { m.target.orientation.w = 1.01; }},
       {Refusal::kBadValue, [](Message& m) { m.target.orientation.w = 1e200; }},
-      {Refusal::kBadFrame, [](Message& m) { m.follow_frame = "tool"; }},
+      {Refusal::kBadFrame, [](Message& m) { m.follow_frame = "nowhere"; }},
+      {Refusal::kBadValue,
+       [](Message& m) {
+         m.action = Message::MOVE;
+         m.follow_frame = "tool";
+       }},
       {Refusal::kBadFrame, [](Message& m) { m.header.frame_id = "nowhere"; }},
   };
   for (const auto& [refusal, spoil] : cases) {
@@ -153,11 +159,44 @@ TEST(AppliedConversion, ReadsBackAsTheSameCommand) {
   mass_spring_sim::PinCommand message = pinMessage();
   message.target.orientation.w = 1.0;
   message.here = true;
+  message.follow_frame = "tool";
   PinCommand pin;
   ASSERT_TRUE(toCommand(message, lookup, pin).accepted());
   const mass_spring_sim::AppliedCommand applied_pin = toMessage(Command(pin));
   EXPECT_EQ(applied_pin.kind, mass_spring_sim::AppliedCommand::PIN);
   EXPECT_EQ(applied_pin.pin, message);
+}
+
+TEST(AppliedConversion, ComesBackBitForBit) {
+  // Neither of unit length nor of numbers that a decimal or a product would keep.
+  const Pose pose{{0.1, -1.0 / 3.0, 1e-300}, {0.6000000000000001, -0.0, 0.8, 1e-17}};
+  PinCommand pin;
+  pin.action = PinCommand::Action::kMove;
+  pin.name = "grab";
+  pin.object = "sheet";
+  pin.particles = {7, 1};
+  pin.point = Eigen::Vector3d(0.1, 0.2, 0.3);
+  pin.radius = 1e-5;
+  pin.target = pose;
+  pin.here = true;
+  pin.follow_frame = "tool";
+  const Command commands[] = {
+      ForceCommand{"push", "sheet", {4, 2}, {{1.0 / 3.0, -0.0, 5e-324}, {1, 2, 3}}, -0.1}, pin,
+      ShapeCommand{"ball", pose, 0.1}, ClearCommand{ClearCommand::What::kForces},
+      ClearCommand{ClearCommand::What::kPins}};
+  for (const Command& command : commands) {
+    const mass_spring_sim::AppliedCommand message = toMessage(command);
+    EXPECT_EQ(message.kind, command.index() + (command.index() == 3 && message.kind == 4));
+    const Command again = toCommand(message);
+    ASSERT_EQ(again.index(), command.index());
+    EXPECT_EQ(toMessage(again), message);
+    if (const auto* shape = std::get_if<ShapeCommand>(&again)) {
+      // Also the signs of zeros.
+      EXPECT_EQ(std::memcmp(&shape->target.position, &pose.position, sizeof pose.position), 0);
+      EXPECT_EQ(std::memcmp(&shape->target.orientation, &pose.orientation, sizeof pose.orientation),
+                0);
+    }
+  }
 }
 
 }  // namespace

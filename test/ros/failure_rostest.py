@@ -42,6 +42,16 @@ class SceneTest(NodeTest):
             key: None for key in ('rate', 'start_paused', 'frame_id', 'solver', 'objects', 'pins',
                                   'effects', 'timeline', 'publish', 'limits')}), 'objects')
 
+    def test_a_clock_of_others_needs_simulated_time(self):
+        self.assert_refused(self.launch('hanging_cloth.yaml', {'external_clock': True}),
+                            'external_clock', '/use_sim_time')
+
+    def test_parameters_of_the_node_are_read_as_strictly(self):
+        self.assert_refused(self.launch('hanging_cloth.yaml', {'external_clock': 'yes'}),
+                            'external_clock: got something else, expected true or false')
+        self.assert_refused(self.launch('hanging_cloth.yaml', {'diagnostic_period': 0.1}),
+                            'diagnostic_period: got an unknown key')
+
     def test_numbers_that_yaml_takes_for_strings(self):
         self.assertEqual(self.start('hanging_cloth.yaml', {
             'objects/sheet/mass': '2e-1', 'rate': '1e2',

@@ -6,10 +6,10 @@ import math
 import numpy
 import rospy
 import rostest
-from geometry_msgs.msg import Point, Pose, Quaternion
+from geometry_msgs.msg import Point
 
 from mass_spring_sim.msg import PinCommand, Topology
-from simulated_node import NodeTest, positions
+from simulated_node import NodeTest, pose, positions
 
 # m. Pinned positions are prescribed, not computed: nothing but round-off may be left.
 HELD = 1e-9
@@ -19,10 +19,6 @@ FREE = 1e-5
 
 def pin(action, name, **fields):
     return PinCommand(action=action, name=name, **fields)
-
-
-def pose(position, quaternion=(0.0, 0.0, 0.0, 1.0)):
-    return Pose(Point(*position), Quaternion(*quaternion))
 
 
 class PinTest(NodeTest):

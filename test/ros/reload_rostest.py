@@ -26,6 +26,7 @@ class ReloadTest(NodeTest):
         node = self.start('hanging_cloth.yaml', {'start_paused': False})
         stats = node.record('stats', SolverStats)
         node.states.wait_count(30)
+        stats.wait_count(5)
         # As one types it: nothing but the solver changes on the parameter server.
         rospy.set_param(node.topic('solver/scheme'), 'rk4')
         rospy.set_param(node.topic('solver/substeps'), 20)
@@ -52,6 +53,24 @@ class ReloadTest(NodeTest):
             moved = abs(positions(after) - positions(before)).max()
             speed = max(abs(velocities(before)).max(), abs(velocities(after)).max())
             self.assertLess(moved, 2.0 * 0.01 * speed)
+
+    def test_material_gravity_and_speed_change_while_it_runs(self):
+        node = self.start('hanging_cloth.yaml')
+        node.step(10)
+        before = node.states.messages[-1]
+        for path, value in (('objects/sheet/stiffness', 5000.0), ('objects/sheet/damping', 1.0),
+                            ('effects/gravity/acceleration', [0.0, 0.0, 0.0]),
+                            ('real_time_factor', 0.5)):
+            rospy.set_param(node.topic(path), value)
+            self.assertIn('goes on', self.reload(node))
+        topology = node.record('topology', Topology).wait_count(1)[-1]
+        self.assertIn(5000.0, topology.stiffnesses)
+        after = node.step(1)[0]
+        self.assertEqual(after.step, before.step + 1)
+        # Nothing pulls any more at the free end of the sheet, which falls on as it fell: what
+        # changes its speed is up to springs, far less than g h = 0.1 m/s in a step.
+        fall = velocities(after)[-1, 2] - velocities(before)[-1, 2]
+        self.assertLess(abs(fall), 0.05)
 
     def test_what_commands_did_survives(self):
         def command(node):

@@ -2,18 +2,17 @@
 """Shapes of contact move by command and with tf frames, and tell what they feel."""
 
 import math
-import threading
 
 import numpy
 import rospy
 import rostest
-import tf2_ros
-from geometry_msgs.msg import Point, Pose, Quaternion, TransformStamped, Vector3
+from geometry_msgs.msg import Point, Pose, Quaternion
 from std_msgs.msg import Header
 
-from mass_spring_sim.msg import (AppliedCommand, Contacts, PinCommand, PinStates, RejectedCommand,
-                                 ShapeCommand, SolverStats, Topology)
-from simulated_node import NodeTest, positions, wait_until
+from mass_spring_sim.msg import (AppliedCommand, Contacts, RejectedCommand, ShapeCommand,
+                                 SolverStats)
+from simulated_node import NodeTest, positions, vector, wait_until
+from tf_frame import Frame
 
 GRAVITY = 9.81
 STIFFNESS = 1000.0
@@ -34,31 +33,6 @@ def changes(follow_frame=None):
 
 def pose(x, y, z, turn=0.0):
     return Pose(Point(x, y, z), Quaternion(0.0, 0.0, math.sin(0.5 * turn), math.cos(0.5 * turn)))
-
-
-def vector(message):
-    return numpy.array([message.x, message.y, message.z])
-
-
-class Frame:
-    """A tf frame that is told of ten times a second until it is lost."""
-
-    def __init__(self, name, x):
-        self.transform = TransformStamped(header=Header(frame_id='world'), child_frame_id=name)
-        self.transform.transform.rotation.w = 1.0
-        self.broadcaster = tf2_ros.TransformBroadcaster()
-        self.lost = threading.Event()
-        self.move(x)
-        self.thread = threading.Thread(target=self.run, daemon=True)
-        self.thread.start()
-
-    def move(self, x):
-        self.transform.transform.translation = Vector3(x, 0.0, 0.9)
-
-    def run(self):
-        while not self.lost.wait(0.1):
-            self.transform.header.stamp = rospy.Time.now()
-            self.broadcaster.sendTransform(self.transform)
 
 
 class ShapeTest(NodeTest):
@@ -117,16 +91,16 @@ class ShapeTest(NodeTest):
         # Not heard of yet: it stands where its coordinates are in the scene's frame.
         first = table()
         self.assertEqual((first.stale, first.pose.position.z), (True, 0.0))
-        frame = Frame('hand', 0.25)
-        self.addCleanup(frame.lost.set)
+        frame = Frame('hand', (0.25, 0.0, 0.9))
+        self.addCleanup(frame.lose)
         wait_until(lambda: table().pose.position.x == 0.25, 'the shape is where its frame is')
         self.assertEqual((table().stale, table().pose.position.z), (False, 0.9))
-        frame.move(0.5)
+        frame.move((0.5, 0.0, 0.9))
         wait_until(lambda: table().pose.position.x == 0.5, 'the shape follows')
         node.applied.wait(lambda all: any(
             told.sender == 'tf' and told.shape.target.position.x == 0.5 for told in all),
             'it is told what tf has moved')
-        frame.lost.set()
+        frame.lose()
         wait_until(lambda: table().stale, 'the frame is lost')
         self.assertEqual(table().pose.position.x, 0.5)
 
@@ -142,25 +116,6 @@ class ShapeTest(NodeTest):
         rospy.delete_param(node.name + '/effects')
         node.trigger('reload')
         wait_until(lambda: not offered(), '~contacts is gone')
-
-    def test_pins_tell_what_they_hold(self):
-        node = self.start('free_particles.yaml',
-                          {'effects': {'gravity': {'acceleration': [0.0, 0.0, -GRAVITY]}}})
-        pins = node.record('pins', PinStates)
-        topology = node.record('topology', Topology).wait_count(1)[0]
-        first = topology.first_particle[topology.objects.index('left')]
-        self.assert_applied(node.send(PinCommand(action=PinCommand.ADD, name='grab', object='left',
-                                                 particles=[1, 2], here=True)))
-        node.step(5)
-        held, = pins.wait_count(5)[-1].pins
-        self.assertEqual((held.name, list(held.particles), held.stale),
-                         ('grab', [first + 1, first + 2], False))
-        # 0.25 kg at 0.1 m and 0.125 kg at 0.2 m, about their middle; round-off.
-        numpy.testing.assert_allclose(vector(held.target.position), [0.15, 0.0, 1.0])
-        numpy.testing.assert_allclose(vector(held.wrench.force), [0.0, 0.0, -0.375 * GRAVITY])
-        numpy.testing.assert_allclose(vector(held.wrench.torque),
-                                      [0.0, 0.05 * (0.125 - 0.25) * GRAVITY, 0.0], atol=1e-12)
-        self.assertLess(held.position_error, 1e-12)
 
 
 if __name__ == '__main__':

@@ -16,6 +16,7 @@ import roslib.packages
 import rosgraph
 import rosparam
 import rospy
+from geometry_msgs.msg import Point, Pose, Quaternion
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
 
@@ -46,6 +47,15 @@ def positions(state):
 def velocities(state):
     """[particle, axis] in m/s."""
     return numpy.array(state.velocities).reshape(-1, 3)
+
+
+def vector(message):
+    """Of a Point or a Vector3."""
+    return numpy.array([message.x, message.y, message.z])
+
+
+def pose(position, quaternion=(0.0, 0.0, 0.0, 1.0)):
+    return Pose(Point(*position), Quaternion(*quaternion))
 
 
 def motion(states):
@@ -116,14 +126,19 @@ class Recorder:
 class SimulatedNode:
     """A running node. Commands go out with send(), which waits for the answer."""
 
-    def __init__(self, scene, remappings=()):
-        """@param scene: a tree for the node's private parameters"""
+    def __init__(self, scene, remappings=(), through=()):
+        """
+        @param scene: a tree for the node's private parameters
+        @param through: a command that runs the one after it
+        """
         self.name = '/simulated_node_%d_%d' % (os.getpid(), next(_numbers))
         rosparam.upload_params(self.name, scene)
-        executable = roslib.packages.find_node('mass_spring_sim', 'mass_spring_node')[0]
+        executable = os.environ.get('MASS_SPRING_NODE') or roslib.packages.find_node(
+            'mass_spring_sim', 'mass_spring_node')[0]
         self._output = tempfile.TemporaryFile('w+')  # closed with this object
         self.process = subprocess.Popen(
-            [executable, '__name:=' + self.name[1:]] + ['%s:=%s' % pair for pair in remappings],
+            [*through, executable, '__name:=' + self.name[1:]] +
+            ['%s:=%s' % pair for pair in remappings],
             stdout=self._output, stderr=subprocess.STDOUT)
         self._recorders = []
 
@@ -145,8 +160,9 @@ class SimulatedNode:
         self.states = self.record('state', ParticleStates)
         self.applied = self.record('applied', AppliedCommand)
         self.rejected = self.record('rejected', RejectedCommand)
+        # 0 is without bound: rospy drops the oldest of a full queue.
         self._publishers = {
-            kind._type: rospy.Publisher(self.topic(name), kind, queue_size=100)
+            kind._type: rospy.Publisher(self.topic(name), kind, queue_size=0)
             for name, kind in (('force', ForceCommand), ('pin', PinCommand),
                                ('shape', ShapeCommand))}
         wait_until(lambda: self.command_listeners() == [1, 1, 1], 'the node takes commands')
@@ -165,14 +181,19 @@ class SimulatedNode:
         return [publisher.get_num_connections() for publisher in self._publishers.values()]
 
     def answers(self):
-        """What came on ~applied and ~rejected to commands of this test; not of a timeline."""
-        return [answer for answer in self.applied.messages + self.rejected.messages
+        """What came on ~applied and ~rejected to commands of this test; not of a timeline, nor of
+        services."""
+        applied = [told for told in self.applied.messages if told.kind <= AppliedCommand.SHAPE]
+        return [answer for answer in applied + self.rejected.messages
                 if answer.sender == rospy.get_name()]
+
+    def publish(self, command):
+        self._publishers[command._type].publish(command)
 
     def send(self, command):
         """Publishes a command; returns what came on ~applied or ~rejected in answer."""
         before = self.answers()
-        self._publishers[command._type].publish(command)
+        self.publish(command)
         wait_until(lambda: len(self.answers()) > len(before), 'an answer to\n%s' % command)
         return next(answer for answer in self.answers() if answer not in before)
 
