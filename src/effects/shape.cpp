@@ -8,8 +8,13 @@
 namespace mass_spring {
 namespace {
 
+/// A turn that takes the z axis to the direction: which of them is all the same to these bodies.
 Eigen::Matrix3d zTo(const Eigen::Vector3d& direction) {
-  return Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), direction).toRotationMatrix();
+  const Eigen::Vector3d z = direction.normalized();
+  Eigen::Matrix3d turn;
+  turn << z.unitOrthogonal(), Eigen::Vector3d::Zero(), z;
+  turn.col(1) = z.cross(turn.col(0));
+  return turn;
 }
 
 /// The distance to a place is |d|, d from there to the point.

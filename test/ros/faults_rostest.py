@@ -188,9 +188,10 @@ class FaultsTest(NodeTest):
         self.assertFalse(velocities(states[-1])[[0, 1, 2, 4]].any())
 
     def test_a_scene_that_cannot_keep_up_still_obeys(self):
+        # 80 times the forces of 60,000 springs in each step of 1 ms: too many for any machine.
         node = self.start('hanging_cloth.yaml', {
-            **LARGE, 'rate': 1000.0, 'solver/scheme': 'linear_implicit_euler',
-            'objects/sheet/stiffness': 500.0, 'publish': {'state': 1000.0, 'stats': 1000.0}})
+            **LARGE, 'rate': 1000.0, 'solver/scheme': 'rk4', 'solver/substeps': 20,
+            'publish': {'state': 1000.0, 'stats': 1000.0}})
         stats = node.record('stats', SolverStats)
         stats.wait(lambda all: all and all[-1].step > 20, 'it has warmed up')
         before = resident_bytes(node)
@@ -201,7 +202,6 @@ class FaultsTest(NodeTest):
             travel = 0.2 / stats.messages[-1].step_time_median
             self.assertLessEqual(node.applied.messages[-1].step - begin, 4 + travel)
         last = stats.wait(lambda all: all[-1].step >= begin + 30, 'it goes on')[-1]
-        # Each step of some milliseconds at least is longer than the one allowed.
         self.assertGreater(last.overruns, 0.9 * last.step)
         self.assertLess(last.real_time_factor, 0.9)
         self.assert_grew_less(node, before, SLACK)
