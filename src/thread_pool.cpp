@@ -20,7 +20,7 @@ void relax() {
 
 ThreadPool::ThreadPool(std::uint32_t threads) : size_(threads) {
   for (std::uint32_t t = 1; t < size_; ++t) {
-    helpers_.emplace_back([this, t] { help(t); });
+    helpers_.emplace_back([this] { help(); });
   }
 }
 
@@ -28,29 +28,36 @@ ThreadPool::~ThreadPool() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     ending_ = true;
-    ++issued_;
   }
   wake_.notify_all();
   for (std::thread& helper : helpers_) helper.join();
 }
 
-void ThreadPool::doParts(std::uint32_t thread) const {
-  for (std::uint32_t part = thread; part < job_.parts; part += size_) {
-    job_.function(job_.context, part);
+void ThreadPool::takeParts() {
+  Offer offer{offer_.load(std::memory_order_acquire)};
+  while (offer.any()) {
+    if (!offer_.compare_exchange_weak(offer.word, offer.word + 1, std::memory_order_acquire)) {
+      continue;
+    }
+    // Until it is finished, there is no other job.
+    job_.function(job_.context, offer.next());
+    unfinished_.fetch_sub(1, std::memory_order_release);
+    offer.word = offer_.load(std::memory_order_acquire);
   }
 }
 
 void ThreadPool::share(const Job& job) {
   job_ = job;
-  unfinished_.store(size_ - 1, std::memory_order_relaxed);
+  unfinished_.store(job.parts, std::memory_order_relaxed);
+  const std::uint64_t number = Offer{offer_.load(std::memory_order_relaxed)}.job() + 1;
   // Sequentially consistent, as are the helpers' accesses before they sleep: either the helper sees
-  // the job, or this thread sees the sleeper.
-  ++issued_;
+  // the offer, or this thread sees the sleeper.
+  offer_ = number << 32 | std::uint64_t{job.parts} << 16;
   if (asleep_ > 0) {
     { const std::lock_guard<std::mutex> lock(mutex_); }
     wake_.notify_all();
   }
-  doParts(0);
+  takeParts();
   for (int spin = 0; unfinished_.load(std::memory_order_acquire) > 0; ++spin) {
     // On a busy machine the helper may be waiting for this very core.
     if (spin < kSpins) {
@@ -61,23 +68,21 @@ void ThreadPool::share(const Job& job) {
   }
 }
 
-void ThreadPool::awaitJob(std::uint32_t done) {
+void ThreadPool::awaitOffer() {
   for (int spin = 0; spin < kSpins; ++spin) {
-    if (issued_.load(std::memory_order_acquire) != done) return;
+    if (Offer{offer_.load(std::memory_order_acquire)}.any()) return;
     relax();
   }
   std::unique_lock<std::mutex> lock(mutex_);
   ++asleep_;
-  wake_.wait(lock, [&] { return issued_ != done; });
+  wake_.wait(lock, [&] { return ending_ || Offer{offer_}.any(); });
   --asleep_;
 }
 
-void ThreadPool::help(std::uint32_t thread) {
-  for (std::uint32_t done = 0;; ++done) {
-    awaitJob(done);
-    if (ending_) return;
-    doParts(thread);
-    unfinished_.fetch_sub(1, std::memory_order_release);
+void ThreadPool::help() {
+  while (!ending_) {
+    awaitOffer();
+    takeParts();
   }
 }
 

@@ -20,6 +20,22 @@ std::vector<ContactShape> everyShape() {
           {"sphere", Sphere{{0.2, -0.1, 0.3}, 0.35}}};
 }
 
+TEST(Shape, PlanesAndCapsulesTurnAnyWay) {
+  for (const Eigen::Vector3d& towards :
+       {Eigen::Vector3d(0.0, 0.0, 2.0), Eigen::Vector3d(0.0, 0.0, -2.0),
+        Eigen::Vector3d(1e-9, 0.0, -1.0), Eigen::Vector3d(0.0, -3.0, 0.0),
+        Eigen::Vector3d(0.0, -3.0, -0.0), Eigen::Vector3d(-1.0, 2.0, -1e-3),
+        Eigen::Vector3d(-1.0, 2.0, 3.0), Eigen::Vector3d(0.3, 0.2, -0.1)}) {
+    const Eigen::Vector3d n = towards.normalized();
+    const Shape plane({"plane", Plane{{0.0, 0.0, 0.0}, towards}});
+    const Shape capsule({"capsule", Capsule{{0.0, 0.0, 0.0}, n, 0.1}});
+    // Round-off of numbers of size 1.
+    EXPECT_LT((plane.at({0.1, 0.2, 0.3}).normal - n).norm(), 1e-15) << towards.transpose();
+    EXPECT_NEAR(capsule.distance(1.5 * n), 0.4, 1e-15) << towards.transpose();
+    EXPECT_NEAR(capsule.distance(-0.5 * n), 0.4, 1e-15) << towards.transpose();
+  }
+}
+
 TEST(Shape, DistanceNormalAndCurvatureAreDerivativesOfEachOther) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> place(-0.6, 0.6);

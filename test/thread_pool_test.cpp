@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <numeric>
+#include <thread>
 
 namespace mass_spring {
 namespace {
@@ -33,6 +35,28 @@ TEST(ThreadPool, SeesWhatWasWrittenBeforeAndAfter) {
           std::accumulate(numbers.begin() + 500 * part, numbers.begin() + 500 * (part + 1), 0L);
     });
     ASSERT_EQ(halves[0] + halves[1], 1000L * round);
+  }
+}
+
+// As a busy machine does, this holds the helper up in the first part that it takes, until the
+// caller has done all the others.
+TEST(ThreadPool, DoesTheWorkOfAHelperThatIsHeldUp) {
+  ThreadPool pool(2);
+  const auto caller = std::this_thread::get_id();
+  constexpr std::uint32_t kParts = 5;
+  for (int round = 0; round < 200; ++round) {
+    std::atomic<std::uint32_t> done{0};
+    bool waited_in_vain = false;
+    pool.run(kParts, [&](std::uint32_t) {
+      const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+      while (std::this_thread::get_id() != caller && done + 1 < kParts && !waited_in_vain) {
+        std::this_thread::yield();
+        waited_in_vain = std::chrono::steady_clock::now() > deadline;
+      }
+      ++done;
+    });
+    ASSERT_FALSE(waited_in_vain);
+    ASSERT_EQ(done, kParts);
   }
 }
 

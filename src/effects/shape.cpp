@@ -8,13 +8,16 @@
 namespace mass_spring {
 namespace {
 
-/// A turn that takes the z axis to the direction: which of them is all the same to these bodies.
+/// Takes the z axis to the direction: the shortest turn up to a right angle, beyond it the one to
+/// the opposite direction after a half turn about x.
 Eigen::Matrix3d zTo(const Eigen::Vector3d& direction) {
-  const Eigen::Vector3d z = direction.normalized();
-  Eigen::Matrix3d turn;
-  turn << z.unitOrthogonal(), Eigen::Vector3d::Zero(), z;
-  turn.col(1) = z.cross(turn.col(0));
-  return turn;
+  const bool down = direction.z() < 0.0;
+  const Eigen::Vector3d n = (down ? -1.0 : 1.0) * direction.normalized();
+  Eigen::Quaterniond turn;
+  turn.w() = std::sqrt(0.5 * (1.0 + n.z()));  // cosine of half the angle
+  turn.vec() = Eigen::Vector3d::UnitZ().cross(n) / (2.0 * turn.w());
+  if (down) turn = turn * Eigen::Quaterniond(0.0, 1.0, 0.0, 0.0);
+  return turn.toRotationMatrix();
 }
 
 /// The distance to a place is |d|, d from there to the point.
