@@ -55,6 +55,19 @@ Particles unequalChain(int n) {
   return chain;
 }
 
+/// From later particles to earlier ones, also over 13 at a time.
+Particles backwardChain(int n) {
+  Particles chain = unequalChain(n);
+  for (auto& ends : chain.springs) std::swap(ends[0], ends[1]);
+  for (std::uint32_t i = 0; i + 13 < static_cast<std::uint32_t>(n); ++i) {
+    chain.springs.push_back({i + 13, i});
+    chain.stiffness.push_back(20.0);
+    chain.damping->push_back(0.1);
+    chain.rest_lengths->push_back(1.2);
+  }
+  return chain;
+}
+
 /// A random net with springs twice, the second time from the other end, and ends that coincide.
 Particles hardNet(int n) {
   Particles net = randomNet(n, 50.0, 1.1, 5);
@@ -112,6 +125,7 @@ std::vector<Case> cases() {
   Rope bending_rope = someRope(300);
   bending_rope.bend_stiffness = 10.0;
   add("cloth", modelOf(someCloth(23, 19)));
+  add("cloth of several runs", modelOf(someCloth(50, 30)));
   add("cloth narrower than a vector", modelOf(someCloth(3, 40)));
   add("lattice", modelOf(lattice));
   add("undamped lattice", modelOf(someLattice(3, 3, 9)));
@@ -119,6 +133,7 @@ std::vector<Case> cases() {
   add("one spring", modelOf(someRope(1)));
   add("mesh", modelOf(tetrahedron()));
   add("unequal chain", modelOf(unequalChain(500)));
+  add("backward chain", modelOf(backwardChain(700)));
   add("hard net", modelOf(hardNet(150)));
   add("several objects", modelOf(severalObjects()));
   return list;

@@ -97,15 +97,17 @@ SpringBatches::SpringBatches(const std::vector<Spring>& springs, bool apart) {
 }
 
 void SpringBatches::findRanges() {
+  // Many particles at a time, so that few vectors stay unfilled.
+  constexpr std::uint32_t many = SpringBatch::kMaxLanes / 2;
   std::uint32_t needed = 0;
   for (SpringBatch& run : runs_) {
-    needed = std::max(needed, std::max(run.i, run.j) + run.lanes);
+    needed = std::max(needed, (std::max(run.i, run.j) + run.lanes + many - 1) / many * many);
     run.needed = needed;
   }
   std::uint32_t finished = needed;
   for (auto run = runs_.rbegin(); run != runs_.rend(); ++run) {
     run->finished = finished;
-    finished = std::min(finished, std::min(run->i, run->j));
+    finished = std::min(finished, std::min(run->i, run->j) / many * many);
   }
 }
 

@@ -66,11 +66,11 @@ MASS_SPRING_INLINE void forces(const SpringLanes& springs, LaneResults<3>& force
   const Difference w(springs.vi, springs.vj);
   const Value<uniform> stiffness(springs.stiffness), rest_length(springs.rest_length);
   const Value<uniform> damping(damped ? springs.damping : springs.stiffness);
-  double* fx = force.of[0];
-  double* fy = force.of[1];
-  double* fz = force.of[2];
-  double* elastic = measured ? energies->of[0] : nullptr;
-  double* dissipation = measured ? energies->of[1] : nullptr;
+  double* fx = force.of(0);
+  double* fy = force.of(1);
+  double* fz = force.of(2);
+  double* elastic = measured ? energies->of(0) : nullptr;
+  double* dissipation = measured ? energies->of(1) : nullptr;
   const std::uint32_t lanes = springs.lanes / SpringBatch::kLaneWidth * SpringBatch::kLaneWidth;
   MASS_SPRING_INDEPENDENT
   for (std::uint32_t s = 0; s < lanes; ++s) {
@@ -111,7 +111,7 @@ MASS_SPRING_INLINE void indefiniteness(const SpringLanes& springs, double weight
                                        LaneResults<1>& taken) {
   const Difference d(springs.xi, springs.xj);
   const Value<uniform> stiffness(springs.stiffness), rest_length(springs.rest_length);
-  double* t = taken.of[0];
+  double* t = taken.of(0);
   const std::uint32_t lanes = springs.lanes / SpringBatch::kLaneWidth * SpringBatch::kLaneWidth;
   MASS_SPRING_INDEPENDENT
   for (std::uint32_t s = 0; s < lanes; ++s) {
@@ -132,9 +132,9 @@ MASS_SPRING_INLINE void blocks(const SpringLanes& springs, const double* floor_i
   const Value<uniform> stiffness(springs.stiffness), rest_length(springs.rest_length);
   const Value<uniform> damping(damped ? springs.damping : springs.stiffness);
   const double *fi = floor_i, *fj = floor_j;
-  double *xx = block.of[0], *xy = block.of[1], *xz = block.of[2];
-  double *yy = block.of[3], *yz = block.of[4], *zz = block.of[5];
-  double* changed = projected.of[0];
+  double *xx = block.of(0), *xy = block.of(1), *xz = block.of(2);
+  double *yy = block.of(3), *yz = block.of(4), *zz = block.of(5);
+  double* changed = projected.of(0);
   const double along_v = weights.damping, along_x = weights.stiffness;
   const std::uint32_t lanes = springs.lanes / SpringBatch::kLaneWidth * SpringBatch::kLaneWidth;
   MASS_SPRING_INDEPENDENT
@@ -160,11 +160,35 @@ MASS_SPRING_INLINE void blocks(const SpringLanes& springs, const double* floor_i
   }
 }
 
-template <int sign>
-MASS_SPRING_INLINE void add(const double* values, std::uint32_t count, double* to) {
-  const std::uint32_t lanes = count / SpringBatch::kLaneWidth * SpringBatch::kLaneWidth;
+/// to[s] += first * values[s], and to[apart + s] += second * values[s] for each lane; in one pass
+/// where both meet, and in whole vectors there, as zeros surround the values.
+template <int first, int second>
+MASS_SPRING_INLINE void addTwice(const double* values, std::uint32_t count, std::uint32_t apart,
+                                 double* to) {
+  constexpr std::uint32_t width = SpringBatch::kLaneWidth;
+  const std::uint32_t lanes = count / width * width;
+  const bool meeting = apart < lanes;
+  const std::uint32_t begin = meeting ? apart / width * width : apart;
+  const std::uint32_t end = (meeting ? (apart + width - 1) / width * width : apart) + lanes;
+  const std::uint32_t meet = std::min(begin, lanes), part = std::max(begin, lanes);
+  const double* shifted = values - std::ptrdiff_t{apart};
   MASS_SPRING_INDEPENDENT
-  for (std::uint32_t s = 0; s < lanes; ++s) to[s] += sign * values[s];
+  for (std::uint32_t s = 0; s < meet; ++s) to[s] += first * values[s];
+  MASS_SPRING_INDEPENDENT
+  for (std::uint32_t s = begin; s < lanes; ++s) {
+    to[s] = to[s] + first * values[s] + second * shifted[s];
+  }
+  MASS_SPRING_INDEPENDENT
+  for (std::uint32_t s = part; s < end; ++s) to[s] += second * shifted[s];
+}
+
+template <int sign_at_j>
+MASS_SPRING_INLINE void addToBothEnds(const double* values, const SpringBatch& run, double* to) {
+  if (run.i < run.j) {
+    addTwice<1, sign_at_j>(values, run.lanes, run.j - run.i, to + run.i);
+  } else {
+    addTwice<sign_at_j, 1>(values, run.lanes, run.i - run.j, to + run.j);
+  }
 }
 
 }  // namespace
@@ -172,7 +196,7 @@ MASS_SPRING_INLINE void add(const double* values, std::uint32_t count, double* t
 MASS_SPRING_DISPATCH
 void separate(const Vectors& vectors, std::uint32_t from, std::uint32_t to, Columns& columns) {
   const double* in = vectors.data();
-  double *x = columns.col(0).data(), *y = columns.col(1).data(), *z = columns.col(2).data();
+  double *x = columns[0], *y = columns[1], *z = columns[2];
   MASS_SPRING_INDEPENDENT
   for (std::size_t i = from; i < to; ++i) {
     x[i] = in[3 * i];
@@ -184,7 +208,7 @@ void separate(const Vectors& vectors, std::uint32_t from, std::uint32_t to, Colu
 MASS_SPRING_DISPATCH
 void moveInto(Vectors& vectors, std::uint32_t from, std::uint32_t to, Columns& columns) {
   double* out = vectors.data();
-  double *x = columns.col(0).data(), *y = columns.col(1).data(), *z = columns.col(2).data();
+  double *x = columns[0], *y = columns[1], *z = columns[2];
   MASS_SPRING_INDEPENDENT
   for (std::size_t i = from; i < to; ++i) {
     out[3 * i] += x[i];
@@ -198,17 +222,17 @@ MASS_SPRING_DISPATCH
 void moveInto(std::vector<SymmetricBlock>& blocks, std::uint32_t from, std::uint32_t to,
               Columns& columns) {
   SymmetricBlock* out = blocks.data();
-  double* entries = columns.data();
-  const auto rows = static_cast<std::size_t>(columns.rows());
+  double *xx = columns[0], *xy = columns[1], *xz = columns[2];
+  double *yy = columns[3], *yz = columns[4], *zz = columns[5];
   MASS_SPRING_INDEPENDENT
   for (std::size_t i = from; i < to; ++i) {
-    out[i].xx += entries[i];
-    out[i].xy += entries[i + rows];
-    out[i].xz += entries[i + 2 * rows];
-    out[i].yy += entries[i + 3 * rows];
-    out[i].yz += entries[i + 4 * rows];
-    out[i].zz += entries[i + 5 * rows];
-    for (std::size_t entry = 0; entry < 6; ++entry) entries[i + entry * rows] = 0.0;
+    out[i].xx += xx[i];
+    out[i].xy += xy[i];
+    out[i].xz += xz[i];
+    out[i].yy += yy[i];
+    out[i].yz += yz[i];
+    out[i].zz += zz[i];
+    xx[i] = xy[i] = xz[i] = yy[i] = yz[i] = zz[i] = 0.0;
   }
 }
 
@@ -258,27 +282,18 @@ double sumLanes(const double* values, std::uint32_t lanes) {
 }
 
 MASS_SPRING_DISPATCH
-void addLanes(const LaneResults<1>& values, std::uint32_t lanes, double* to_i, double* to_j) {
-  add<1>(values.of[0], lanes, to_i);
-  add<1>(values.of[0], lanes, to_j);
+void addLanes(const LaneResults<1>& values, const SpringBatch& run, double* column) {
+  addToBothEnds<1>(values.of(0), run, column);
 }
 
 MASS_SPRING_DISPATCH
 void addLanes(const LaneResults<3>& force, const SpringBatch& run, Columns& columns) {
-  for (int axis = 0; axis < 3; ++axis) {
-    double* column = columns.data() + axis * columns.rows();
-    add<1>(force.of[axis], run.lanes, column + run.i);
-    add<-1>(force.of[axis], run.lanes, column + run.j);
-  }
+  for (int axis = 0; axis < 3; ++axis) addToBothEnds<-1>(force.of(axis), run, columns[axis]);
 }
 
 MASS_SPRING_DISPATCH
 void addLanes(const LaneResults<6>& block, const SpringBatch& run, Columns& columns) {
-  for (int entry = 0; entry < 6; ++entry) {
-    double* column = columns.data() + entry * columns.rows();
-    add<1>(block.of[entry], run.lanes, column + run.i);
-    add<1>(block.of[entry], run.lanes, column + run.j);
-  }
+  for (int entry = 0; entry < 6; ++entry) addToBothEnds<1>(block.of(entry), run, columns[entry]);
 }
 
 MASS_SPRING_DISPATCH
@@ -286,12 +301,12 @@ void subtractBlocks(const LaneResults<6>& block, const std::uint32_t* slots, std
                     SymmetricBlock* blocks) {
   for (std::uint32_t s = 0; s < lanes; ++s) {
     SymmetricBlock& b = blocks[slots[s]];
-    b.xx -= block.of[0][s];
-    b.xy -= block.of[1][s];
-    b.xz -= block.of[2][s];
-    b.yy -= block.of[3][s];
-    b.yz -= block.of[4][s];
-    b.zz -= block.of[5][s];
+    b.xx -= block.of(0)[s];
+    b.xy -= block.of(1)[s];
+    b.xz -= block.of(2)[s];
+    b.yy -= block.of(3)[s];
+    b.yz -= block.of(4)[s];
+    b.zz -= block.of(5)[s];
   }
 }
 

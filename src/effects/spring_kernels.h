@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -14,8 +15,30 @@
 // so give the same bits whatever the width of vectors.
 namespace mass_spring {
 
-/// One array per coordinate, or per entry of a block (the columns): row i belongs to particle i.
-using Columns = Eigen::MatrixXd;
+/// One array per coordinate, or per entry of a block: element i belongs to particle i. Arrays begin
+/// with cache lines, as vectors that lie across two of them take twice as long.
+class Columns {
+ public:
+  static constexpr std::uint32_t kBeyond = 2 * SpringBatch::kLaneWidth;
+
+  /// Makes room for particles and kBeyond elements more, all zero.
+  void reset(std::size_t particles, std::size_t columns) {
+    lines_per_column_ = (particles + kBeyond) / kPerLine + 1;
+    lines_.assign(lines_per_column_ * columns, Line());
+  }
+  double* operator[](std::size_t column) { return lines_[column * lines_per_column_].values; }
+  const double* operator[](std::size_t column) const {
+    return lines_[column * lines_per_column_].values;
+  }
+
+ private:
+  static constexpr std::size_t kPerLine = 8;
+  struct alignas(64) Line {
+    double values[kPerLine] = {};
+  };
+  std::vector<Line> lines_;
+  std::size_t lines_per_column_ = 0;
+};
 
 /// The coordinates of particles [from, to) to the first three columns.
 void separate(const Vectors& vectors, std::uint32_t from, std::uint32_t to, Columns& columns);
@@ -42,13 +65,22 @@ struct SpringLanes {
 /// What one pass computes per lane, in one array per coordinate or entry.
 template <int entries>
 struct LaneResults {
-  alignas(64) double of[entries][SpringBatch::kMaxLanes];
+  static constexpr std::uint32_t kPadding = SpringBatch::kLaneWidth;
 
-  void clear(const std::vector<std::uint32_t>& gaps) {
-    for (std::uint32_t lane : gaps) {
-      for (auto& entry : of) entry[lane] = 0.0;
+  double* of(int entry) { return padded_[entry] + kPadding; }
+  const double* of(int entry) const { return padded_[entry] + kPadding; }
+  /// Sets to 0 what belongs to no spring: gaps, and the padding before and after the lanes.
+  void clear(const SpringBatch& batch) {
+    for (auto& entry : padded_) {
+      double* lanes = entry + kPadding;
+      for (std::uint32_t gap : batch.gaps) lanes[gap] = 0.0;
+      std::fill_n(entry, kPadding, 0.0);
+      std::fill_n(lanes + batch.lanes, kPadding, 0.0);
     }
   }
+
+ private:
+  alignas(64) double padded_[entries][kPadding + SpringBatch::kMaxLanes + kPadding];
 };
 
 /// Force on i (x, y, z).
@@ -67,12 +99,12 @@ void springBlocks(const SpringLanes& springs, const double* floor_i, const doubl
 
 /// Sum of the lanes, of eight partial sums.
 double sumLanes(const double* values, std::uint32_t lanes);
-/// to_i[s] += values[s], to_j[s] += values[s]
-void addLanes(const LaneResults<1>& values, std::uint32_t lanes, double* to_i, double* to_j);
-/// What lane s holds is added for particle i + s, and subtracted (forces) or added (blocks) for
+/// What lane s holds is added for particle i + s, and subtracted (forces) or added (others) for
 /// particle j + s.
 void addLanes(const LaneResults<3>& force, const SpringBatch& run, Columns& columns);
 void addLanes(const LaneResults<6>& block, const SpringBatch& run, Columns& columns);
+/// The same with a column by itself, which needs Columns::kBeyond elements more than particles.
+void addLanes(const LaneResults<1>& values, const SpringBatch& run, double* column);
 /// blocks[slots[s]] -= block of lane s
 void subtractBlocks(const LaneResults<6>& block, const std::uint32_t* slots, std::uint32_t lanes,
                     SymmetricBlock* blocks);

@@ -29,8 +29,7 @@ struct GatheredEnds {
 };
 
 EndColumns columnsFrom(const Columns& columns, std::uint32_t particle) {
-  const double* first = columns.data() + particle;
-  return {first, first + columns.rows(), first + 2 * columns.rows()};
+  return {columns[0] + particle, columns[1] + particle, columns[2] + particle};
 }
 
 }  // namespace
@@ -46,10 +45,9 @@ SymmetricBlock springStiffness(const Eigen::Vector3d& d, double stiffness, doubl
 
 Springs::Springs(const std::vector<Spring>& springs, std::uint32_t particles) : batches_(springs) {
   if (batches_.runs().empty()) return;
-  const Eigen::Index rows = Eigen::Index{particles} + SpringBatch::kLaneWidth;
-  positions_.setZero(rows, 3);
-  forces_.setZero(rows, 3);
-  if (batches_.damped()) velocities_.setZero(rows, 3);
+  positions_.reset(particles, 3);
+  forces_.reset(particles, 3);
+  if (batches_.damped()) velocities_.reset(particles, 3);
 }
 
 std::vector<std::string> Springs::names() const {
@@ -120,12 +118,12 @@ void Springs::forEachBatch(const Vectors& positions, const Vectors* velocities, 
 
 void Springs::addTo(Vectors& forces, const SpringBatch& batch, LaneResults<3>& force) const {
   if (batch.ends_i.empty()) {
-    force.clear(batch.gaps);
+    force.clear(batch);
     addLanes(force, batch, forces_);
     return;
   }
   for (std::size_t s = 0; s < batch.ends_i.size(); ++s) {
-    const Eigen::Vector3d f(force.of[0][s], force.of[1][s], force.of[2][s]);
+    const Eigen::Vector3d f(force.of(0)[s], force.of(1)[s], force.of(2)[s]);
     forces.col(batch.ends_i[s]) += f;
     forces.col(batch.ends_j[s]) -= f;
   }
@@ -158,9 +156,9 @@ void Springs::addForces(const Vectors& positions, const Vectors* velocities, Vec
       [&](const SpringBatch& batch, const SpringLanes& lanes) {
         springForcesAndEnergies(lanes, force, energies);
         addTo(forces, batch, force);
-        energies.clear(batch.gaps);
-        energy.elastic += sumLanes(energies.of[0], batch.lanes);
-        dissipation += sumLanes(energies.of[1], batch.lanes);
+        energies.clear(batch);
+        energy.elastic += sumLanes(energies.of(0), batch.lanes);
+        dissipation += sumLanes(energies.of(1), batch.lanes);
       },
       finish);
 }
@@ -172,8 +170,8 @@ void Springs::addEnergy(const Vectors& positions, Energy& energy) const {
       positions, nullptr,
       [&](const SpringBatch& batch, const SpringLanes& lanes) {
         springForcesAndEnergies(lanes, force, energies);
-        energies.clear(batch.gaps);
-        energy.elastic += sumLanes(energies.of[0], batch.lanes);
+        energies.clear(batch);
+        energy.elastic += sumLanes(energies.of(0), batch.lanes);
       },
       [](auto...) {});
 }
@@ -250,9 +248,8 @@ void Springs::findSlots(const BlockPattern& pattern) {
   batches_.forEach([&](std::uint32_t i, std::uint32_t j, std::size_t lane, auto...) {
     slots_[lane] = static_cast<std::uint32_t>(pattern.slot(i, j));
   });
-  const Eigen::Index rows = Eigen::Index{pattern.size()} + SpringBatch::kLaneWidth;
-  taken_.setZero(rows);
-  diagonal_.setZero(rows, 6);
+  taken_.setZero(Eigen::Index{pattern.size()} + Columns::kBeyond);
+  diagonal_.reset(pattern.size(), 6);
 }
 
 void Springs::findFloors(const Vectors& positions, const MatrixWeights& weights,
@@ -268,13 +265,13 @@ void Springs::findFloors(const Vectors& positions, const MatrixWeights& weights,
       [&](const SpringBatch& batch, const SpringLanes& lanes) {
         springIndefiniteness(lanes, weights.stiffness, taken);
         if (batch.ends_i.empty()) {
-          taken.clear(batch.gaps);
-          addLanes(taken, batch.lanes, taken_.data() + batch.i, taken_.data() + batch.j);
+          taken.clear(batch);
+          addLanes(taken, batch, taken_.data());
           return;
         }
         for (std::size_t s = 0; s < batch.ends_i.size(); ++s) {
-          taken_[batch.ends_i[s]] += taken.of[0][s];
-          taken_[batch.ends_j[s]] += taken.of[0][s];
+          taken_[batch.ends_i[s]] += taken.of(0)[s];
+          taken_[batch.ends_j[s]] += taken.of(0)[s];
         }
       },
       [](auto...) {});
@@ -303,8 +300,8 @@ std::uint32_t Springs::addDerivatives(const Vectors& positions, const Vectors& /
         if (batch.ends_i.empty()) {
           springBlocks(lanes, taken_.data() + batch.i, taken_.data() + batch.j, weights, block,
                        projected);
-          block.clear(batch.gaps);
-          projected.clear(batch.gaps);
+          block.clear(batch);
+          projected.clear(batch);
           addLanes(block, batch, diagonal_);
           subtractBlocks(block, slots, batch.lanes, upper);
         } else {
@@ -317,11 +314,11 @@ std::uint32_t Springs::addDerivatives(const Vectors& positions, const Vectors& /
           springBlocks(lanes, floor_i, floor_j, weights, block, projected);
           for (std::size_t s = 0; s < batch.ends_i.size(); ++s) {
             matrix.addElement(batch.ends_i[s], batch.ends_j[s], slots[s],
-                              {block.of[0][s], block.of[1][s], block.of[2][s], block.of[3][s],
-                               block.of[4][s], block.of[5][s]});
+                              {block.of(0)[s], block.of(1)[s], block.of(2)[s], block.of(3)[s],
+                               block.of(4)[s], block.of(5)[s]});
           }
         }
-        count += sumLanes(projected.of[0], batch.lanes);
+        count += sumLanes(projected.of(0), batch.lanes);
       },
       [&](std::uint32_t from, std::uint32_t to) {
         moveInto(matrix.diagonal(), from, to, diagonal_);
