@@ -71,6 +71,27 @@ class FollowTest(NodeTest):
         pin, where = self.pin_at_next_step('grip')
         numpy.testing.assert_allclose(where[1], [1.5, -0.4, 1.0], rtol=0, atol=HELD)
 
+    def test_a_slow_frame_moves_a_pin_evenly(self):
+        self.begin({'start_paused': False,
+                    'pins': {'grip': {'object': 'left', 'particles': [1], 'follow_frame': 'hand'}}})
+        places = [1.0, 1.25]
+        frame = self.frame('hand', (places[0], 0.0, 1.0))
+        before = 0
+
+        def targets():
+            return {told.pin.target.position.x for told in self.node.applied.messages[before:]
+                    if told.sender == 'tf'}
+        wait_until(lambda: places[0] in targets(), 'the frame is found')
+        # Ten steps for each transform; on a busy machine they may come all at once now and then.
+        for k in range(1, 50):
+            before = len(self.node.applied.messages)
+            frame.move((places[k % 2], 0.0, 1.0))
+            wait_until(lambda: places[k % 2] in targets(), 'the frame is followed')
+            if len(targets()) > 5:
+                break
+        self.assertGreater(len(targets()), 5)
+        self.assertTrue(all(places[0] <= x <= places[1] for x in targets()), targets())
+
     def test_a_reset_takes_hold_anew(self):
         self.begin({'pins': {'grip': {'object': 'left', 'particles': [1],
                                       'follow_frame': 'hand'}}})
