@@ -1,5 +1,7 @@
 #include "thread_pool.h"
 
+#include <cassert>
+
 #if defined(__x86_64__) || defined(__i386__)
 #include <immintrin.h>
 #endif
@@ -46,13 +48,14 @@ void ThreadPool::takeParts() {
   }
 }
 
-void ThreadPool::share(const Job& job) {
+void ThreadPool::share(const Job& job, std::uint32_t parts) {
+  assert(parts <= kMaxParts);
   job_ = job;
-  unfinished_.store(job.parts, std::memory_order_relaxed);
+  unfinished_.store(parts, std::memory_order_relaxed);
   const std::uint64_t number = Offer{offer_.load(std::memory_order_relaxed)}.job() + 1;
   // Sequentially consistent, as are the helpers' accesses before they sleep: either the helper sees
   // the offer, or this thread sees the sleeper.
-  offer_ = number << 32 | std::uint64_t{job.parts} << 16;
+  offer_ = number << 32 | std::uint64_t{parts} << 16;
   if (asleep_ > 0) {
     { const std::lock_guard<std::mutex> lock(mutex_); }
     wake_.notify_all();

@@ -37,14 +37,14 @@ class ThreadPool {
     share({[](const void* context, std::uint32_t part) {
              (*static_cast<const Work*>(context))(part);
            },
-           &work, parts});
+           &work},
+          parts);
   }
 
  private:
   struct Job {
     void (*function)(const void* context, std::uint32_t part) = nullptr;
     const void* context = nullptr;
-    std::uint32_t parts = 0;
   };
   /// What is still to be taken of the last job, in one word, so that nobody takes of another one:
   /// the number of the job, its parts, and the next part.
@@ -55,7 +55,7 @@ class ThreadPool {
     std::uint32_t next() const { return word & kMaxParts; }
     bool any() const { return next() < parts(); }
   };
-  void share(const Job& job);
+  void share(const Job& job, std::uint32_t parts);
   void takeParts();
   void help();
   void awaitOffer();

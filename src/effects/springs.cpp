@@ -305,12 +305,14 @@ std::uint32_t Springs::addDerivatives(const Vectors& positions, const Vectors& /
           addLanes(block, batch, diagonal_);
           subtractBlocks(block, slots, batch.lanes, upper);
         } else {
-          alignas(64) double floor_i[SpringBatch::kMaxLanes] = {};
-          alignas(64) double floor_j[SpringBatch::kMaxLanes] = {};
-          for (std::size_t s = 0; s < batch.ends_i.size(); ++s) {
+          alignas(64) double floor_i[SpringBatch::kMaxLanes], floor_j[SpringBatch::kMaxLanes];
+          const std::size_t springs = batch.ends_i.size();
+          for (std::size_t s = 0; s < springs; ++s) {
             floor_i[s] = taken_[batch.ends_i[s]];
             floor_j[s] = taken_[batch.ends_j[s]];
           }
+          std::fill(floor_i + springs, floor_i + batch.lanes, 0.0);
+          std::fill(floor_j + springs, floor_j + batch.lanes, 0.0);
           springBlocks(lanes, floor_i, floor_j, weights, block, projected);
           for (std::size_t s = 0; s < batch.ends_i.size(); ++s) {
             matrix.addElement(batch.ends_i[s], batch.ends_j[s], slots[s],

@@ -38,13 +38,12 @@ void FrameFollower::leadShapes(const Simulation& simulation, const ros::Time& no
   if (!contact) return;
   for (const ContactShape& shape : contact->shapes) {
     if (shape.follow_frame.empty()) continue;
-    const auto heard = find(shape.follow_frame, "shape", shape.name, now, stale_shapes_);
-    if (!heard) continue;
-    const Pose frame = shape_motions_[shape.name].follow(heard->pose, heard->stamp, now);
+    const auto frame = find(shape.follow_frame, "shape", shape.name, now, stale_shapes_);
+    if (!frame) continue;
     const Shape& body = *simulation.model().contact->find(shape.name);
     Pose target;
-    target.position = frame.position + frame.orientation * body.start().position;
-    target.orientation = frame.orientation * body.start().orientation;
+    target.position = frame->position + frame->orientation * body.start().position;
+    target.orientation = frame->orientation * body.start().orientation;
     if (!same(target, body.motion().target())) {
       commands.push_back(ShapeCommand{shape.name, target, 0.0});
     }
@@ -55,20 +54,17 @@ void FrameFollower::leadPins(const Simulation& simulation, const ros::Time& now,
                              std::vector<Command>& commands) {
   for (const auto& [name, pin] : simulation.pins().all()) {
     if (pin.follow_frame.empty()) continue;
-    const auto heard = find(pin.follow_frame, "pin", name, now, stale_pins_);
-    if (!heard) continue;
+    const auto frame = find(pin.follow_frame, "pin", name, now, stale_pins_);
+    if (!frame) continue;
     PinCommand command;
     command.name = name;
     command.follow_frame = pin.follow_frame;
-    const auto led = led_pins_.find(name);
-    if (led != led_pins_.end() && same(led->second.target, pin.target)) {
+    command.target = *frame;
+    const auto led = led_.find(name);
+    if (led != led_.end() && same(led->second, pin.target)) {
+      if (same(*frame, pin.target)) continue;
       command.action = PinCommand::Action::kMove;
-      command.target = led->second.motion.follow(heard->pose, heard->stamp, now);
-      if (same(command.target, pin.target)) continue;
-      led->second.target = command.target;
     } else {
-      Led& anew = led_pins_[name] = Led();
-      command.target = anew.target = anew.motion.follow(heard->pose, heard->stamp, now);
       PinCommand remove;
       remove.action = PinCommand::Action::kRemove;
       remove.name = name;
@@ -79,17 +75,17 @@ void FrameFollower::leadPins(const Simulation& simulation, const ros::Time& now,
         command.particles.push_back(particle - object.first_particle);
       }
     }
+    led_[name] = *frame;
     commands.push_back(std::move(command));
   }
   const auto& pins = simulation.pins().all();
-  forgetOthers(pins, led_pins_, [](const auto& entry) { return entry.first; });
+  forgetOthers(pins, led_, [](const auto& entry) { return entry.first; });
   forgetOthers(pins, stale_pins_, [](const std::string& name) { return name; });
 }
 
-std::optional<FrameFollower::Heard> FrameFollower::find(const std::string& frame, const char* kind,
-                                                        const std::string& name,
-                                                        const ros::Time& now,
-                                                        std::set<std::string>& stale) const {
+std::optional<Pose> FrameFollower::find(const std::string& frame, const char* kind,
+                                        const std::string& name, const ros::Time& now,
+                                        std::set<std::string>& stale) {
   std::string lost;
   try {
     const Frames::Placed found = frames_.find(frame);
@@ -98,8 +94,9 @@ std::optional<FrameFollower::Heard> FrameFollower::find(const std::string& frame
       if (stale.erase(name) > 0) {
         ROS_INFO_STREAM("The " << kind << ' ' << name << " follows its frame " << frame << '.');
       }
-      return Heard{{found.pose.translation(), Eigen::Quaterniond(found.pose.linear()).normalized()},
-                   found.stamp};
+      const Pose heard{found.pose.translation(),
+                       Eigen::Quaterniond(found.pose.linear()).normalized()};
+      return motions_[frame].follow(heard, found.stamp, now);
     }
     lost = "last heard of " + std::to_string(age.toSec()) + " s ago";
   } catch (const tf2::TransformException& error) {

@@ -30,27 +30,17 @@ class FrameFollower {
   const std::set<std::string>& staleShapes() const { return stale_shapes_; }
 
  private:
-  /// A pin that has its frame for a target.
-  struct Led {
-    Pose target;  ///< the last one
-    FrameMotion motion;
-  };
-  /// Where a frame was when it was last heard of.
-  struct Heard {
-    Pose pose;
-    ros::Time stamp;
-  };
   void leadShapes(const Simulation& simulation, const ros::Time& now,
                   std::vector<Command>& commands);
   void leadPins(const Simulation& simulation, const ros::Time& now, std::vector<Command>& commands);
-  /// What is heard of the frame, unless it is lost; says so when that changes.
-  std::optional<Heard> find(const std::string& frame, const char* kind, const std::string& name,
-                            const ros::Time& now, std::set<std::string>& stale) const;
+  /// Where the frame is, unless it is lost; says so when that changes.
+  std::optional<Pose> find(const std::string& frame, const char* kind, const std::string& name,
+                           const ros::Time& now, std::set<std::string>& stale);
 
   const Frames& frames_;
   std::set<std::string> stale_pins_, stale_shapes_;
-  std::map<std::string, Led> led_pins_;
-  std::map<std::string, FrameMotion> shape_motions_;
+  std::map<std::string, FrameMotion> motions_;  ///< of frames: what follows one moves as one
+  std::map<std::string, Pose> led_;  ///< of pins that have their frame for a target: the last one
 };
 
 }  // namespace mass_spring

@@ -13,7 +13,7 @@ class FrameMotion {
  public:
   /// Where it is at the end of the step that begins now.
   /// @param heard  the newest pose that is known, of that stamp (0 = for ever)
-  /// @param now    ascending, in the time of the stamps
+  /// @param now    ascending, in the time of the stamps; the same again gives the same
   Pose follow(const Pose& heard, const ros::Time& stamp, const ros::Time& now);
 
  private:
