@@ -9,12 +9,12 @@
 
 #include "bullet_bodies.h"
 #include "linear_step.h"
+#include "published_xpbd.h"
 #include "rival_run.h"
 #include "scenes.h"
 #include "scheme_choice.h"
 #include "tools/study_report.h"
 #include "tools/study_sweep.h"
-#include "xpbd.h"
 
 namespace mass_spring {
 namespace {

@@ -121,6 +121,7 @@ void addEffects(const Scene& scene, Model& model) {
   if (any(model.springs, &Spring::stiffness) || any(model.springs, &Spring::damping)) {
     auto springs = std::make_unique<Springs>(model.springs, model.particleCount());
     if (scene.effects.plasticity) springs->keepApart(model.springs);
+    model.springs_effect = springs.get();
     model.effects.push_back(std::move(springs));
   }
   if (scene.effects.gravity) {
@@ -153,9 +154,15 @@ void addEffects(const Scene& scene, Model& model) {
 void addPattern(Model& model) {
   if (!info(model.solver.scheme).implicit) return;
   PatternBuilder builder;
-  for (const auto& effect : model.effects) effect->addPattern(builder);
+  // xpbd has no equations of springs.
+  const Effect* without = model.solver.scheme == Scheme::kXpbd ? model.springs_effect : nullptr;
+  for (const auto& effect : model.effects) {
+    if (effect.get() != without) effect->addPattern(builder);
+  }
   model.pattern = std::make_shared<BlockPattern>(model.particleCount(), std::move(builder));
-  for (const auto& effect : model.effects) effect->findSlots(*model.pattern);
+  for (const auto& effect : model.effects) {
+    if (effect.get() != without) effect->findSlots(*model.pattern);
+  }
 }
 
 using Edge = std::pair<std::uint32_t, std::uint32_t>;

@@ -17,9 +17,11 @@ constexpr double kRounding = std::numeric_limits<double>::epsilon();
 
 }  // namespace
 
-EnergyCheck::EnergyCheck(const Model& model) : model_(model) {
+EnergyCheck::EnergyCheck(const Model& model, const Effect* unheeded)
+    : model_(model), unheeded_(unheeded) {
   start_.setZero(3, model.particleCount());
   scratch_.setZero(3, model.particleCount());
+  free_masses_.setZero(3, model.particleCount());
   mass_ = model.masses.sum();
   for (const Spring& s : model.springs) stiffness_ += s.stiffness;
   Eigen::VectorXd held = Eigen::VectorXd::Zero(model.masses.size()), braked = held;
@@ -27,14 +29,22 @@ EnergyCheck::EnergyCheck(const Model& model) : model_(model) {
   stiffness_ += held.sum();
 }
 
-Energy EnergyCheck::energyOfFree(const Vectors& positions, const Vectors& velocities,
-                                 const Drive& drive) const {
-  Energy energy;
-  for (Eigen::Index i = 0; i < velocities.cols(); ++i) {
-    if (drive.isPinned(i)) continue;
-    energy.kinetic += 0.5 * model_.masses[i] * velocities.col(i).squaredNorm();
+const Vectors& EnergyCheck::freeMasses(const Drive& drive) {
+  if (pinned_ == drive.pinned) return free_masses_;
+  pinned_ = drive.pinned;
+  for (Eigen::Index i = 0; i < free_masses_.cols(); ++i) {
+    free_masses_.col(i).setConstant(drive.isPinned(i) ? 0.0 : model_.masses[i]);
   }
-  for (const auto& effect : model_.effects) effect->addEnergy(positions, energy);
+  return free_masses_;
+}
+
+Energy EnergyCheck::energyOfFree(const Vectors& positions, const Vectors& velocities,
+                                 const Drive& drive) {
+  Energy energy;
+  energy.kinetic = 0.5 * freeMasses(drive).cwiseProduct(velocities.cwiseAbs2()).sum();
+  for (const auto& effect : model_.effects) {
+    if (effect.get() != unheeded_) effect->addEnergy(positions, energy);
+  }
   return energy;
 }
 
@@ -70,6 +80,12 @@ void EnergyCheck::start(double h, const State& state, const Drive& drive) {
   setTime(model_, drive.time);
   start_ = state.positions;
   before_ = energyOfFree(state.positions, state.velocities, drive);
+  if (unheeded_ && restarted_) {
+    Energy held;
+    unheeded_->addEnergy(state.positions, held);
+    balance_ = -held.total();
+  }
+  restarted_ = false;
   fed_ = powerOfEffects(state.positions, state.velocities);
   power_ = 0.0;
   pins_move_ = false;
@@ -119,25 +135,32 @@ bool EnergyCheck::gained(const State& end, const Drive& drive) {
   const double position = 16.0 * kRounding * end.positions.cwiseAbs().maxCoeff();
   noise_ = 64.0 * kRounding * (scale_ + std::abs(before_.gravity)) +
            position * position * (stiffness_ + mass_ / (h_ * h_));
-  return !(gain_ <= kStepTolerance * scale_ + noise_ &&
+  return !((unheeded_ || gain_ <= kStepTolerance * scale_ + noise_) &&
            balance_ + gain_ <= kTotalTolerance * scale_ + noise_);
 }
 
 bool EnergyCheck::slowDown(State& end, const Drive& drive) {
   gained(end, drive);
-  if (gain_ <= noise_) return true;
-  if (!(gain_ <= kinetic_)) return false;
-  const double share = std::sqrt(1.0 - gain_ / kinetic_);
+  const double excess = unheeded_ ? balance_ + gain_ : gain_;
+  if (excess <= noise_) return true;
+  if (!(excess <= kinetic_)) return false;
+  const double share = std::sqrt(1.0 - excess / kinetic_);
   for (Eigen::Index i = 0; i < end.velocities.cols(); ++i) {
     if (!drive.isPinned(i)) end.velocities.col(i) *= share;
   }
-  gain_ = 0.0;
+  gain_ -= excess;
   return true;
 }
 
 void EnergyCheck::accept() {
   if (std::abs(gain_) <= noise_) return;
-  balance_ = std::max(balance_ + gain_, -kLongestMemory * scale_);
+  balance_ += gain_;
+  if (!unheeded_) balance_ = std::max(balance_, -kLongestMemory * scale_);
+}
+
+void EnergyCheck::restart() {
+  balance_ = 0.0;
+  restarted_ = true;
 }
 
 }  // namespace mass_spring

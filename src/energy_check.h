@@ -11,7 +11,9 @@ namespace mass_spring {
 /// have no kinetic energy here, as their motion is prescribed.
 class EnergyCheck {
  public:
-  explicit EnergyCheck(const Model& model);
+  /// @param unheeded  the effect whose energy the scheme does not follow, or nullptr: what it held
+  /// at restart(), and all that was lost since, may then come back
+  explicit EnergyCheck(const Model& model, const Effect* unheeded = nullptr);
 
   /// @param h         s, the step
   /// @param state     before the step, pinned particles with the velocities they will have
@@ -25,11 +27,12 @@ class EnergyCheck {
   bool slowDown(State& end, const Drive& drive);
   /// The step that was checked last has been taken.
   void accept();
-  void restart() { balance_ = 0.0; }
+  void restart();
 
  private:
-  Energy energyOfFree(const Vectors& positions, const Vectors& velocities,
-                      const Drive& drive) const;
+  /// kg per coordinate, 0 for pinned particles.
+  const Vectors& freeMasses(const Drive& drive);
+  Energy energyOfFree(const Vectors& positions, const Vectors& velocities, const Drive& drive);
   double powerOfEffects(const Vectors& positions, const Vectors& velocities) const;
   /// What effects that depend on time would feed in if all particles stayed where they are [J].
   double fedByTime(const Vectors& positions, const Drive& drive) const;
@@ -37,6 +40,8 @@ class EnergyCheck {
   double pinPower(const State& state, const Drive& drive);
 
   const Model& model_;
+  const Effect* unheeded_;
+  bool restarted_ = true;
   double stiffness_ = 0.0;  // N/m, sum over springs and effects
   double mass_ = 0.0;       // kg, sum over the particles
   double balance_ = 0.0;    // J, gained since restart(); what was dissipated makes it negative
@@ -48,6 +53,8 @@ class EnergyCheck {
   double power_ = 0.0;  // W, of the pins at the start
   double fed_ = 0.0;    // W, what the effects may feed in at the start
   bool pins_move_ = false;
+  std::vector<char> pinned_;  // that the masses belong to
+  Vectors free_masses_;
   Vectors start_, scratch_;
 };
 

@@ -16,6 +16,7 @@ const std::vector<SchemeInfo>& schemes() {
       {Scheme::kBdf2, "bdf2", 2, true, false},
       {Scheme::kTrBdf2, "tr_bdf2", 2, true, true},
       {Scheme::kRos3, "ros3", 3, true, true},
+      {Scheme::kXpbd, "xpbd", 1, true, false},
   };
   return table;
 }

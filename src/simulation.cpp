@@ -179,10 +179,8 @@ void Simulation::yield() {
 }
 
 void Simulation::applyRestLengths() {
-  for (const auto& effect : model_->effects) {
-    auto* springs = dynamic_cast<Springs*>(effect.get());
-    if (springs != nullptr) springs->setRestLengths(model_->springs, rest_lengths_);
-  }
+  if (model_->springs_effect == nullptr) return;
+  model_->springs_effect->setRestLengths(model_->springs, rest_lengths_);
 }
 
 bool Simulation::timelineDue(double steps) const {

@@ -20,15 +20,21 @@ constexpr double kStableShare = 0.75;
 // Such scenes are for implicit schemes; 2^kFinest times as many still can be counted.
 constexpr double kMostStable = 100000;
 
+/// In whole vectors, unlike allFinite().
+bool isFinite(const Vectors& a) { return (0.0 * a).sum() == 0.0; }
+
 }  // namespace
 
 Stepper::Stepper(const Model& model, const SolverOptions& options)
     : model_(model), options_(options), work_(model.start) {
-  if (info(options.scheme).implicit) {
+  if (options.scheme == Scheme::kXpbd) {
+    xpbd_.emplace(model, options);
+  } else if (info(options.scheme).implicit) {
     implicit_.emplace(model, options);
   } else {
     explicit_.emplace(model, options.scheme);
   }
+  if (!explicit_) energy_.emplace(model, xpbd_ ? model.springs_effect : nullptr);
   if (options.accuracy) {
     // The embedded formulas are of order 2 (rk4: 3), and so is the estimate per unit of time.
     control_.emplace(*options.accuracy, options.scheme == Scheme::kRk4 ? 3 : 2);
@@ -45,10 +51,8 @@ void Stepper::begin(double h, const Drive& drive, const State& state, StepReport
   for (Eigen::Index i = 0; i < work_.velocities.cols(); ++i) {
     if (drive.isPinned(i)) work_.velocities.col(i) = pin_velocities_.col(i);
   }
-  if (implicit_) {
-    implicit_->stages.restore();
-    implicit_->energy.start(h, work_, drive);
-  }
+  if (implicit_) implicit_->stages.restore();
+  if (energy_) energy_->start(h, work_, drive);
   report.residual = 0.0;
   report.estimated_error = 0.0;
 }
@@ -59,6 +63,7 @@ Stepper::Outcome Stepper::advance(Scheme scheme, double from, double to, double 
   const Drive then{drive.pinned, drive.loads, drive.time + from * h};
   beginSubstep(model_, work_.positions, work_.velocities, substep);
   const SubstepReport sub = explicit_ ? explicit_->advance(substep, then, work_)
+                            : xpbd_   ? xpbd_->advance(substep, then, work_)
                             : isRosenbrock(scheme)
                                 ? implicit_->rosenbrock->advance(scheme, substep, then, work_)
                                 : implicit_->stages.advance(scheme, substep, then, work_);
@@ -75,7 +80,7 @@ Stepper::Outcome Stepper::conclude(const SubstepReport& sub, double to, const Dr
   report.residual = std::max(report.residual, sub.residual);
   substep_error_ = sub.estimated_error;
   const bool passed = endSubstep(model_, work_.positions);
-  if (!work_.positions.allFinite() || !work_.velocities.allFinite()) return Outcome::kNotFinite;
+  if (!isFinite(work_.positions) || !isFinite(work_.velocities)) return Outcome::kNotFinite;
   // Pinned particles move evenly from where they are to where the step ends.
   for (Eigen::Index i = 0; i < work_.positions.cols(); ++i) {
     if (!drive.isPinned(i)) continue;
@@ -86,8 +91,8 @@ Stepper::Outcome Stepper::conclude(const SubstepReport& sub, double to, const Dr
 }
 
 Stepper::Outcome Stepper::end(Outcome outcome, const Drive& drive) {
-  if (outcome != Outcome::kConverged || !implicit_) return outcome;
-  return implicit_->energy.gained(work_, drive) ? Outcome::kGainedEnergy : outcome;
+  if (outcome != Outcome::kConverged || !energy_) return outcome;
+  return energy_->gained(work_, drive) ? Outcome::kGainedEnergy : outcome;
 }
 
 Stepper::Outcome Stepper::attempt(Scheme scheme, int substeps, double h, const Drive& drive,
@@ -107,22 +112,22 @@ Stepper::Outcome Stepper::attempt(Scheme scheme, int substeps, double h, const D
 Stepper::Outcome Stepper::attemptSafely(int substeps, double h, const Drive& drive,
                                         const State& state, StepReport& report) {
   begin(h, drive, state, report);
-  report.scheme = Scheme::kImplicitEuler;
+  report.scheme = xpbd_ ? Scheme::kXpbd : Scheme::kImplicitEuler;
   report.estimated_error = -1.0;
-  EnergyCheck& energy = implicit_->energy;
   Outcome outcome = Outcome::kConverged;
   for (int s = 0; s < substeps; ++s) {
     const Drive then{drive.pinned, drive.loads, drive.time + s * h / substeps};
-    energy.start(h / substeps, work_, then);
+    energy_->start(h / substeps, work_, then);
     const Outcome one = advance(report.scheme, static_cast<double>(s) / substeps,
                                 static_cast<double>(s + 1) / substeps, h, drive, state, report);
     if (one == Outcome::kNotFinite) return one;
     if (one != Outcome::kConverged && outcome != Outcome::kPassedThrough) outcome = one;
     // Short of its root, or where the springs' energy is not convex, even implicit Euler can gain;
     // what it gains is then kinetic, as no sub-step ends above Phi at rest.
-    if (!energy.slowDown(work_, then) && outcome != Outcome::kPassedThrough) {
+    if (!energy_->slowDown(work_, then) && outcome != Outcome::kPassedThrough) {
       outcome = Outcome::kGainedEnergy;
     }
+    if (s + 1 < substeps) energy_->accept();
   }
   return outcome;
 }
@@ -186,7 +191,7 @@ Stepper::Outcome Stepper::attemptWithin(double h, const Drive& drive, const Stat
   Outcome outcome = Outcome::kConverged;
   for (double at = 0.0; at < 1.0;) {
     const double left = 1.0 - at;
-    const int most = explicit_
+    const int most = !implicit_
                          ? kMostExplicit
                          : std::max(1, static_cast<int>(std::ceil(kMostImplicit * left - 1e-9)));
     const int substeps = std::max(budget_->affordableSubsteps(cheap, most),
@@ -207,9 +212,10 @@ StepReport Stepper::step(double h, const Pins& pins, const Vectors* loads, State
   StepReport report;
   if (budget_) budget_->start();
   const Drive drive{pins.mask(), loads, state.time};
-  pin_ends_ = state.positions;
   pins.prescribe(pin_ends_);
-  pin_velocities_ = (pin_ends_ - state.positions) / h;
+  for (Eigen::Index i = 0; i < pin_ends_.cols(); ++i) {
+    if (drive.isPinned(i)) pin_velocities_.col(i) = (pin_ends_.col(i) - state.positions.col(i)) / h;
+  }
 
   report.scheme = options_.scheme;
   Outcome outcome =
@@ -224,8 +230,8 @@ StepReport Stepper::step(double h, const Pins& pins, const Vectors* loads, State
   }
 
   // A budget that is spent pays for no other attempt.
-  const bool spent = budget_ && implicit_ && outcome != Outcome::kConverged &&
-                     outcome != Outcome::kNotFinite && implicit_->energy.slowDown(work_, drive);
+  const bool spent = budget_ && energy_ && outcome != Outcome::kConverged &&
+                     outcome != Outcome::kNotFinite && energy_->slowDown(work_, drive);
   if (spent) {
     report.status = StepStatus::kDegraded;
     report.message = name(report.scheme) + std::string(" ") +
@@ -246,7 +252,7 @@ StepReport Stepper::step(double h, const Pins& pins, const Vectors* loads, State
       refined = substeps << rung;
       outcome = attempt(report.scheme, refined, h, drive, state, report);
     }
-    if (implicit_ && outcome != Outcome::kConverged) {
+    if (energy_ && outcome != Outcome::kConverged) {
       ++report.rejected;
       outcome = attemptSafely(refined, h, drive, state, report);
     }
@@ -266,20 +272,18 @@ StepReport Stepper::step(double h, const Pins& pins, const Vectors* loads, State
     report.message = whereNotFinite();
     return report;
   }
-  if (implicit_) {
-    implicit_->stages.keep();
-    implicit_->energy.accept();
-  }
+  if (implicit_) implicit_->stages.keep();
+  if (energy_) energy_->accept();
   state.positions.swap(work_.positions);
   state.velocities.swap(work_.velocities);
   return report;
 }
 
 void Stepper::restart() {
+  if (energy_) energy_->restart();
   if (!implicit_) return;
   implicit_->system.restart();
   implicit_->stages.forget();
-  implicit_->energy.restart();
 }
 
 std::string Stepper::whereNotFinite() const {

@@ -13,6 +13,7 @@
 #include "schemes/explicit_scheme.h"
 #include "schemes/rosenbrock.h"
 #include "schemes/stage_scheme.h"
+#include "schemes/xpbd.h"
 #include "step_budget.h"
 
 namespace mass_spring {
@@ -21,8 +22,8 @@ namespace mass_spring {
 /// many as an accuracy needs or a budget buys. A step that does not converge, is not finite or
 /// gains energy that nothing gave it, or lets parts pass through one another, is redone: with 2, 4,
 /// 8 times the sub-steps, then by implicit Euler with its line search, which descends on a function
-/// bounded below and therefore always ends. What happened is in the report; a step that fails
-/// leaves the state untouched.
+/// bounded below and therefore always ends (xpbd by itself, slowed down where it gained energy).
+/// What happened is in the report; a step that fails leaves the state untouched.
 class Stepper {
  public:
   /// @param options  with a scheme that is not auto
@@ -44,7 +45,7 @@ class Stepper {
   /// What implicit schemes need, all on one step matrix.
   struct Implicit {
     Implicit(const Model& model, const SolverOptions& options)
-        : system(model, options), stages(model, options, system), energy(model) {
+        : system(model, options), stages(model, options, system) {
       if (isRosenbrock(options.scheme) || options.budget) {
         rosenbrock.emplace(model, options, system);
       }
@@ -52,12 +53,12 @@ class Stepper {
     StepSystem system;
     StageScheme stages;
     std::optional<Rosenbrock> rosenbrock;
-    EnergyCheck energy;
   };
   /// One attempt at a step; what it reaches is in work_.
   Outcome attempt(Scheme scheme, int substeps, double h, const Drive& drive, const State& state,
                   StepReport& report);
-  /// The last resort: implicit Euler, each sub-step of which is slowed down if it gained energy.
+  /// The last resort: implicit Euler or xpbd, each sub-step of which is slowed down if it gained
+  /// energy.
   Outcome attemptSafely(int substeps, double h, const Drive& drive, const State& state,
                         StepReport& report);
   Outcome attemptAccurately(double h, const Drive& drive, const State& state, StepReport& report);
@@ -78,6 +79,8 @@ class Stepper {
   SolverOptions options_;
   std::optional<ExplicitScheme> explicit_;
   std::optional<Implicit> implicit_;
+  std::optional<Xpbd> xpbd_;
+  std::optional<EnergyCheck> energy_;  // of what is stable at any step
   std::optional<ErrorControl> control_;
   std::optional<LocalSpectrum> spectrum_;  // symplectic Euler with an accuracy
   std::optional<StepBudget> budget_;

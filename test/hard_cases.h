@@ -12,6 +12,8 @@ enum class Applies {
   kToNone,  ///< no steps are made
   kToAll,   ///< explicit ones only unscaled, at the row's explicit_step
   kToImplicit,
+  kToSummers,  ///< all but xpbd: forces of springs add up
+  kToSolvers,  ///< implicit ones that solve for all springs at once
   kToDamping,  ///< implicit ones that damp what is stiff: the case has to come to rest
 };
 

@@ -24,7 +24,8 @@ struct Trial {
 };
 
 /// L-stable: what a step is too long for dies out. Only of those it can be asked that stiff scenes
-/// come to rest; implicit_midpoint keeps them ringing (numerically undamped, as it should be).
+/// come to rest; implicit_midpoint keeps them ringing (numerically undamped, as it should be), and
+/// with xpbd they give way as if they were soft.
 bool dampsWhatIsStiff(Scheme scheme);
 
 /// How far rounding may carry the centre of mass of particles that nothing holds [m]: internal
@@ -55,7 +56,7 @@ class Watched {
   /// Explicit schemes may end at a step that is too long for them: they have to say so.
   void mayFail() { may_fail_ = true; }
   /// From now on the energy may not exceed what it is now, by more than a share of itself. The pins
-  /// have to stand still.
+  /// have to stand still. With xpbd, whose springs give way, that is asked of what moves and falls.
   /// @param share  the default is as fine as the engine's check over all steps
   void boundEnergy(double share = 2e-4);
 

@@ -1,7 +1,9 @@
 #include "problems.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <random>
 
 #include "mass_spring_sim/model.h"
@@ -62,13 +64,24 @@ std::vector<Scheme> allSchemes() {
   return all;
 }
 
-std::vector<Scheme> implicitSchemes() {
-  std::vector<Scheme> implicit;
-  for (const Scheme scheme : allSchemes()) {
-    if (info(scheme).implicit) implicit.push_back(scheme);
-  }
-  return implicit;
+bool solvesSprings(Scheme scheme) { return info(scheme).implicit && scheme != Scheme::kXpbd; }
+
+namespace {
+
+template <typename Condition>
+std::vector<Scheme> schemesThat(Condition condition) {
+  std::vector<Scheme> all = allSchemes(), some;
+  std::copy_if(all.begin(), all.end(), std::back_inserter(some), condition);
+  return some;
 }
+
+}  // namespace
+
+std::vector<Scheme> summingSchemes() {
+  return schemesThat([](Scheme scheme) { return scheme != Scheme::kXpbd; });
+}
+
+std::vector<Scheme> solvingSchemes() { return schemesThat(solvesSprings); }
 
 std::string schemeName(const testing::TestParamInfo<Scheme>& scheme) {
   return info(scheme.param).name;

@@ -20,7 +20,11 @@ Scene netScene(Particles particles, Scheme scheme, double rate);
 
 /// All schemes that step by themselves, for parameterised tests; `auto` chooses one of them.
 std::vector<Scheme> allSchemes();
-std::vector<Scheme> implicitSchemes();
+/// All but xpbd, which takes one spring after the other: closed forms of chains are not its own.
+std::vector<Scheme> summingSchemes();
+/// Those that solve for all springs at once, so that what rests is in equilibrium.
+std::vector<Scheme> solvingSchemes();
+bool solvesSprings(Scheme scheme);
 std::string schemeName(const testing::TestParamInfo<Scheme>& scheme);
 
 /// One mass on a spring along x, its other end (particle 0, at the origin) pinned.

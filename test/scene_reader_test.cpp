@@ -197,7 +197,8 @@ TEST(SceneReader, RefusesEachBadValueByName) {
       {"solver", "[]", "solver: got an empty list, expected a map of solver options"},
       {"solver.scheme", "implicit_eular",
        "solver.scheme: got 'implicit_eular', expected one of explicit_euler, symplectic_euler, "
-       "rk4, linear_implicit_euler, implicit_euler, implicit_midpoint, bdf2, tr_bdf2, ros3, auto "
+       "rk4, linear_implicit_euler, implicit_euler, implicit_midpoint, bdf2, tr_bdf2, ros3, xpbd, "
+       "auto "
        "(did "
        "you mean 'implicit_euler'?)"},
       {"solver.substeps", "0", "solver.substeps: got 0, expected an integer in [1, 100000]"},

@@ -17,7 +17,10 @@ std::optional<Eigen::Matrix2d> stabilityFunction(Scheme scheme, double h, double
     return (Matrix() << 1.0 - h * h * w2, h - h * h * c, -h * w2, 1.0 - h * c).finished();
   }
   if (name == "rk4") return one + z + z * z / 2.0 + z * z * z / 6.0 + z * z * z * z / 24.0;
-  if (name == "linear_implicit_euler" || name == "implicit_euler") return (one - z).inverse();
+  // xpbd with one spring: there is no other that it does not hear of.
+  if (name == "linear_implicit_euler" || name == "implicit_euler" || name == "xpbd") {
+    return (one - z).inverse();
+  }
   if (name == "implicit_midpoint") return (one - z / 2.0).inverse() * (one + z / 2.0);
   if (name == "tr_bdf2") {
     // gamma = 2 - sqrt(2): both stages have the coefficient gamma / 2 = 1 - 1/sqrt(2).

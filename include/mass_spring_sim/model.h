@@ -15,6 +15,7 @@ namespace mass_spring {
 class BlockPattern;
 class Contact;
 class Effect;
+class Springs;
 class ThreadPool;
 
 enum class SpringKind : std::uint8_t { kStructural = 0, kShear = 1, kBending = 2 };
@@ -53,7 +54,8 @@ struct Model {
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< global particle numbers
   State start;
   std::vector<std::unique_ptr<Effect>> effects;  ///< the active ones and no others
-  Contact* contact = nullptr;                    ///< one of the effects; nullptr if it is absent
+  Springs* springs_effect = nullptr;             ///< one of the effects; nullptr if it is absent
+  Contact* contact = nullptr;                    ///< likewise
   std::shared_ptr<const BlockPattern> pattern;   ///< of the step matrix; only for implicit schemes
   SolverOptions solver;       ///< of the scene, with auto decided: a scheme and its sub-steps
   std::string scheme_reason;  ///< what auto chose and why; empty if it had nothing to choose

@@ -18,6 +18,7 @@ enum class Scheme {
   kBdf2,                 ///< two-step backward differentiation, for variable steps
   kTrBdf2,               ///< trapezoidal rule, then BDF2, in one step (Bank et al. 1985)
   kRos3,                 ///< Rosenbrock method of three stages (Sandu et al. 1997)
+  kXpbd,  ///< one spring after the other: coarse, cheap and stable (Macklin et al. 2019)
   kAuto,  ///< symplectic_euler (for an accuracy, or rk4) or tr_bdf2, whichever costs less
 };
 
@@ -26,7 +27,7 @@ struct SchemeInfo {
   Scheme scheme;
   std::string name;  ///< as in scene files
   int order;         ///< global error O(h^order)
-  bool implicit;     ///< solves a system each step; stable at any step on linear problems
+  bool implicit;     ///< stable at any step on linear problems
   bool estimates;    ///< gives an estimate of each step's error
 };
 

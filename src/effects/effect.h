@@ -39,6 +39,9 @@ class Effect {
   /// Adds the potential energy [J] to the entry it belongs to.
   virtual void addEnergy(const Vectors& /*positions*/, Energy& /*energy*/) const {}
 
+  /// Are its forces always the same?
+  virtual bool constant() const { return false; }
+
   /// What depends on time is from now on as it is then [s]. @return whether anything does
   virtual bool setTime(double /*time*/) { return false; }
 

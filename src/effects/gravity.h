@@ -10,6 +10,7 @@ class Gravity : public Effect {
   Gravity(const Eigen::Vector3d& acceleration, const Eigen::VectorXd& masses)
       : weights_(acceleration * masses.transpose()) {}
   std::vector<std::string> names() const override { return {"gravity"}; }
+  bool constant() const override { return true; }
   void addEnergy(const Vectors& positions, Energy& energy) const override {
     energy.gravity -= weights_.cwiseProduct(positions).sum();
   }

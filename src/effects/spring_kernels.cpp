@@ -191,7 +191,91 @@ MASS_SPRING_INLINE void addToBothEnds(const double* values, const SpringBatch& r
   }
 }
 
+template <bool uniform, bool damped>
+MASS_SPRING_INLINE void relaxLanes(const SpringBatch& run, const SpringLanes& springs,
+                                   const double* shares, const Relaxation& relaxation,
+                                   std::uint32_t from, std::uint32_t count, LaneResults<3>& moved) {
+  const std::uint32_t i = run.i + from, j = run.j + from;
+  Columns& to = relaxation.positions;
+  const Columns& from_there = relaxation.before;
+  double *xi = to[0] + i, *yi = to[1] + i, *zi = to[2] + i;
+  double *xj = to[0] + j, *yj = to[1] + j, *zj = to[2] + j;
+  const Difference d({xi, yi, zi}, {xj, yj, zj});
+  const Difference before({from_there[0] + i, from_there[1] + i, from_there[2] + i},
+                          {from_there[0] + j, from_there[1] + j, from_there[2] + j});
+  const std::uint32_t first = uniform ? 0 : from;
+  const Value<uniform> stiffness(springs.stiffness + first);
+  const Value<uniform> rest_length(springs.rest_length + first);
+  const Value<uniform> damping((damped ? springs.damping : springs.stiffness) + first);
+  const double* share = shares + from;
+  double *mx = moved.of(0), *my = moved.of(1), *mz = moved.of(2);
+  const double h = relaxation.h;
+  const std::uint32_t lanes = count / SpringBatch::kLaneWidth * SpringBatch::kLaneWidth;
+  MASS_SPRING_INDEPENDENT
+  for (std::uint32_t s = 0; s < lanes; ++s) {
+    const Direction n(d, s);
+    double f = h * stiffness[s] * (n.length - rest_length[s]);
+    if (damped) {
+      const double approach = (d.x(s) - before.x(s)) * n.x + (d.y(s) - before.y(s)) * n.y +
+                              (d.z(s) - before.z(s)) * n.z;
+      f += damping[s] * approach;
+    }
+    const double move = h * f * share[s];
+    mx[s] = move * n.x;
+    my[s] = move * n.y;
+    mz[s] = move * n.z;
+  }
+  const double *wi = relaxation.inverse_masses + i, *wj = relaxation.inverse_masses + j;
+  MASS_SPRING_INDEPENDENT
+  for (std::uint32_t s = 0; s < lanes; ++s) {
+    xi[s] += wi[s] * mx[s];
+    yi[s] += wi[s] * my[s];
+    zi[s] += wi[s] * mz[s];
+  }
+  MASS_SPRING_INDEPENDENT
+  for (std::uint32_t s = 0; s < lanes; ++s) {
+    xj[s] -= wj[s] * mx[s];
+    yj[s] -= wj[s] * my[s];
+    zj[s] -= wj[s] * mz[s];
+  }
+}
+
+template <bool uniform, bool damped>
+MASS_SPRING_INLINE void relax(const SpringBatch& run, const SpringLanes& springs,
+                              const double* shares, const Relaxation& relaxation) {
+  LaneResults<3> moved;
+  const std::uint32_t at_once = RelaxedLanes(run).lanes;
+  for (std::uint32_t from = 0; from < run.lanes; from += at_once) {
+    relaxLanes<uniform, damped>(run, springs, shares, relaxation, from,
+                                std::min(at_once, run.lanes - from), moved);
+  }
+}
+
 }  // namespace
+
+RelaxedLanes::RelaxedLanes(const SpringBatch& run)
+    : passes(1), lanes(run.lanes), group(run.i < run.j ? run.j - run.i : run.i - run.j) {
+  constexpr std::uint32_t width = SpringBatch::kLaneWidth;
+  if (group < width) {
+    passes = 2;
+  } else {
+    lanes = std::min(lanes, group / width * width);
+  }
+}
+
+MASS_SPRING_DISPATCH
+void relaxRun(const SpringBatch& run, const SpringLanes& springs, const double* shares,
+              const Relaxation& relaxation) {
+  if (springs.uniform && springs.damped) {
+    relax<true, true>(run, springs, shares, relaxation);
+  } else if (springs.uniform) {
+    relax<true, false>(run, springs, shares, relaxation);
+  } else if (springs.damped) {
+    relax<false, true>(run, springs, shares, relaxation);
+  } else {
+    relax<false, false>(run, springs, shares, relaxation);
+  }
+}
 
 MASS_SPRING_DISPATCH
 void separate(const Vectors& vectors, std::uint32_t from, std::uint32_t to, Columns& columns) {

@@ -97,6 +97,31 @@ void springIndefiniteness(const SpringLanes& springs, double weight, LaneResults
 void springBlocks(const SpringLanes& springs, const double* floor_i, const double* floor_j,
                   const MatrixWeights& weights, LaneResults<6>& block, LaneResults<1>& projected);
 
+/// What springs that act one after the other share.
+struct Relaxation {
+  double h;                      ///< s
+  const double* inverse_masses;  ///< 1/kg per particle, 0 for pinned ones and beyond the last
+  const Columns& before;         ///< positions at the start of the step, which damping needs
+  Columns& positions;
+};
+/// Lanes of a run that can be relaxed at once as no two of them have a particle in common. Of runs
+/// whose ends are too near for whole vectors that is every second group of |j - i| lanes: they take
+/// two passes, each with shares of its own groups only.
+struct RelaxedLanes {
+  std::uint32_t passes, lanes;
+  explicit RelaxedLanes(const SpringBatch& run);
+  /// Does lane s have its turn in that pass?
+  bool inPass(std::uint32_t pass, std::uint32_t s) const { return (s / group) % passes == pass; }
+
+ private:
+  std::uint32_t group;
+};
+/// Moves the ends of one spring after the other, or of many at once that have no particle in
+/// common, as implicit Euler would if there were no others: by h^2 f share / m with its force f.
+/// @param shares  per lane, 0 for what is not to be moved
+void relaxRun(const SpringBatch& run, const SpringLanes& springs, const double* shares,
+              const Relaxation& relaxation);
+
 /// Sum of the lanes, of eight partial sums.
 double sumLanes(const double* values, std::uint32_t lanes);
 /// What lane s holds is added for particle i + s, and subtracted (forces) or added (others) for

@@ -65,6 +65,10 @@ void StrainLimit::addForceDerivative(const Vectors& x, const Vectors& /*v*/, con
   });
 }
 
+void StrainLimit::addPattern(PatternBuilder& pattern) const {
+  for (const Limited& s : springs_) pattern.couple(s.i, s.j);
+}
+
 void StrainLimit::findSlots(const BlockPattern& pattern) {
   for (Limited& s : springs_) s.slot = pattern.slot(s.i, s.j);
 }

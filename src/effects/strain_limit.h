@@ -15,7 +15,7 @@ namespace mass_spring {
 ///   E = r k (l - M)^2 / 2,   f_i = r k (l - M) n,   S = r k (n n^T + (1 - M / l) (I - n n^T))
 /// where l > M, on top of the spring's own k (l - L). As l > M, S is positive definite as it is.
 /// Bending springs are not limited: structural ones limit those that run along them, and the
-/// others stretch where a fold opens. Uses the blocks that the springs have in the pattern.
+/// others stretch where a fold opens. Its blocks are among those of the springs.
 class StrainLimit : public Effect {
  public:
   StrainLimit(const StrainLimitOptions& options, const std::vector<Spring>& springs);
@@ -28,6 +28,7 @@ class StrainLimit : public Effect {
                  Energy& energy, double& dissipation) const override;
   void addForceDerivative(const Vectors& x, const Vectors& v, const Vectors& dx, const Vectors& dv,
                           Vectors& df) const override;
+  void addPattern(PatternBuilder& pattern) const override;
   void findSlots(const BlockPattern& pattern) override;
   std::uint32_t addDerivatives(const Vectors& positions, const Vectors& velocities,
                                const MatrixWeights& weights, Projection projection,

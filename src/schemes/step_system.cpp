@@ -4,8 +4,11 @@
 
 namespace mass_spring {
 
-StepSystem::StepSystem(const Model& model, const SolverOptions& options)
-    : model_(model), matrix_(model.pattern, model.threads.get()), system_(model, options) {}
+StepSystem::StepSystem(const Model& model, const SolverOptions& options, const Effect* left_out)
+    : model_(model),
+      left_out_(left_out),
+      matrix_(model.pattern, model.threads.get()),
+      system_(model, options) {}
 
 void StepSystem::assemble(double w, const Vectors& x, const Vectors& x_damping, const Vectors& v,
                           Projection projection, SubstepReport& report) {
@@ -29,6 +32,7 @@ void StepSystem::linearise(double w, const State& state, Vectors& forces, Subste
   matrix_.setMasses(1.0, model_.masses);
   forces.setZero();
   for (const auto& effect : model_.effects) {
+    if (effect.get() == left_out_) continue;
     report.projected_springs +=
         effect->linearise(state.positions, state.velocities, w, matrix_, forces);
   }

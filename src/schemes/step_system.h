@@ -12,7 +12,8 @@ namespace mass_spring {
 /// solution keep what a start holds, and right-hand sides must be zero there.
 class StepSystem {
  public:
-  StepSystem(const Model& model, const SolverOptions& options);
+  /// @param left_out  the effect that linearise() leaves to others; nullptr = none
+  StepSystem(const Model& model, const SolverOptions& options, const Effect* left_out = nullptr);
 
   /// The matrix with K at positions x and D at positions x_damping, both at velocities v, coupled
   /// still with the pinned particles.
@@ -37,6 +38,7 @@ class StepSystem {
 
  private:
   const Model& model_;
+  const Effect* left_out_;
   StepMatrix matrix_;
   LinearSystem system_;
 };

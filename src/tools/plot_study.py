@@ -27,6 +27,7 @@ STYLES = {
     'bdf2': ('#009E73', '<'),
     'tr_bdf2': ('#000000', 'P'),
     'ros3': ('#CC79A7', '>'),
+    'xpbd': ('#882255', 'h'),
     'auto': ('#000000', '*'),
 }
 USABLE = ('converged', 'degraded')

@@ -10,7 +10,8 @@ constexpr double kLowestRate = 30.0;  // Hz
 // From here on finer steps are more sub-steps instead of higher rates, as one would do.
 constexpr double kHighestRate = 240.0;
 constexpr int kDoublings = 17;
-// Power of the step that errors fall by, twice in a row.
+// Power of the step that errors fall by, twice in a row. Not of xpbd, which gains once steps are
+// short enough for its springs to hear of one another.
 constexpr double kNoGain = 0.5;
 constexpr const char* kNoLongerGained = "no longer gained by finer steps";
 // Two Newton tolerances are as good as one if that many of the finest errors differ by no more.
@@ -20,7 +21,8 @@ constexpr double kMostRate = 10000.0;  // Hz, of a scene
 
 bool hasNewton(Scheme scheme) {
   return scheme != Scheme::kAuto && info(scheme).implicit &&
-         scheme != Scheme::kLinearImplicitEuler && scheme != Scheme::kRos3;
+         scheme != Scheme::kLinearImplicitEuler && scheme != Scheme::kRos3 &&
+         scheme != Scheme::kXpbd;
 }
 
 std::vector<StudySetting> refinements(const Scene& scene, const StudyOptions& options,
@@ -100,8 +102,8 @@ void StudySeries::add(const StudyRow& row, double finest) {
     return;
   } else if (rows.back().rms_error < 0.1 * finest) {
     end = "far below the finest error of interest";
-  } else if (rows.size() > 2 && rows[rows.size() - 3].usable() && order(0) < kNoGain &&
-             order(1) < kNoGain) {
+  } else if (row.setting.scheme != Scheme::kXpbd && rows.size() > 2 &&
+             rows[rows.size() - 3].usable() && order(0) < kNoGain && order(1) < kNoGain) {
     end = kNoLongerGained;
   }
 }

@@ -9,7 +9,7 @@ namespace mass_spring {
 /// as in M. Macklin et al., "Small steps in physics simulation" (2019). One distance constraint of
 /// compliance 1 / stiffness per spring, damped by eq. 26, Gauss-Seidel in double precision. Springs
 /// of no stiffness are left out: their compliance is infinite.
-class Xpbd : public Rival {
+class PublishedXpbd : public Rival {
  public:
   enum class Order {
     kOfSprings,  ///< as the model lists them
@@ -18,7 +18,7 @@ class Xpbd : public Rival {
 
   /// @param substeps    >= 1, of each step
   /// @param iterations  >= 1, over all constraints in each sub-step
-  Xpbd(const RivalScene& scene, int substeps, int iterations, Order order);
+  PublishedXpbd(const RivalScene& scene, int substeps, int iterations, Order order);
 
   void step() override;
   Vectors positions() const override;

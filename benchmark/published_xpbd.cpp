@@ -1,4 +1,4 @@
-#include "xpbd.h"
+#include "published_xpbd.h"
 
 #include <algorithm>
 #include <cmath>
@@ -33,7 +33,7 @@ std::vector<Spring> byColour(const std::vector<Spring>& springs, std::uint32_t p
 
 }  // namespace
 
-Xpbd::Xpbd(const RivalScene& scene, int substeps, int iterations, Order order)
+PublishedXpbd::PublishedXpbd(const RivalScene& scene, int substeps, int iterations, Order order)
     : h_(scene.step / substeps),
       substeps_(substeps),
       iterations_(iterations),
@@ -63,7 +63,7 @@ Xpbd::Xpbd(const RivalScene& scene, int substeps, int iterations, Order order)
 }
 
 /// The only iteration of a sub-step: the multipliers are zero before it.
-void Xpbd::projectOnce() {
+void PublishedXpbd::projectOnce() {
   for (const Constraint& c : constraints_) {
     Particle &a = particles_[c.i], &b = particles_[c.j];
     const Eigen::Vector3d d = b.x - a.x;
@@ -76,7 +76,7 @@ void Xpbd::projectOnce() {
   }
 }
 
-void Xpbd::project() {
+void PublishedXpbd::project() {
   std::fill(multipliers_.begin(), multipliers_.end(), 0.0);
   for (int iteration = 0; iteration < iterations_; ++iteration) {
     for (std::size_t k = 0; k < constraints_.size(); ++k) {
@@ -96,7 +96,7 @@ void Xpbd::project() {
   }
 }
 
-void Xpbd::step() {
+void PublishedXpbd::step() {
   for (int substep = 0; substep < substeps_; ++substep) {
     for (std::size_t i = 0; i < particles_.size(); ++i) {
       before_[i] = particles_[i].x;
@@ -114,7 +114,7 @@ void Xpbd::step() {
   }
 }
 
-Vectors Xpbd::positions() const {
+Vectors PublishedXpbd::positions() const {
   Vectors positions(3, static_cast<Eigen::Index>(particles_.size()));
   for (std::size_t i = 0; i < particles_.size(); ++i) {
     positions.col(static_cast<Eigen::Index>(i)) = particles_[i].x;
@@ -123,20 +123,21 @@ Vectors Xpbd::positions() const {
 }
 
 std::vector<RivalSeries> xpbdSeries() {
-  const auto setting = [](int substeps, int iterations, Xpbd::Order order) {
+  const auto setting = [](int substeps, int iterations, PublishedXpbd::Order order) {
     return RivalSetting{std::to_string(substeps) + " x " + std::to_string(iterations),
                         [=](const RivalScene& scene) -> std::unique_ptr<Rival> {
-                          return std::make_unique<Xpbd>(scene, substeps, iterations, order);
+                          return std::make_unique<PublishedXpbd>(scene, substeps, iterations,
+                                                                 order);
                         }};
   };
   RivalSeries springs{"XPBD (springs in order)", {}}, colours{"XPBD (by colour)", {}};
   for (const int n : {1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000, 20000, 50000}) {
-    springs.settings.push_back(setting(n, 1, Xpbd::Order::kOfSprings));
-    colours.settings.push_back(setting(n, 1, Xpbd::Order::kByColour));
+    springs.settings.push_back(setting(n, 1, PublishedXpbd::Order::kOfSprings));
+    colours.settings.push_back(setting(n, 1, PublishedXpbd::Order::kByColour));
   }
   RivalSeries iterations{"XPBD 2016 (iterations)", {}};
   for (const int n : {10, 50, 200, 1000}) {
-    iterations.settings.push_back(setting(1, n, Xpbd::Order::kByColour));
+    iterations.settings.push_back(setting(1, n, PublishedXpbd::Order::kByColour));
   }
   return {springs, colours, iterations};
 }
