@@ -1,12 +1,11 @@
 #!/usr/bin/python3
-"""Draws the CSV of rivals, "ours against theirs": one PNG per scene.
+"""Draws the CSV of rivals, "ours against theirs", one panel per scene.
 
-    plot_rivals.py FILE.csv FOLDER
+    plot_rivals.py FILE.csv FILE.png
 """
 
 import argparse
 import csv
-import os
 
 import matplotlib
 
@@ -50,8 +49,7 @@ def frontier(rows):
     return best
 
 
-def draw(scene, rows, path):
-    figure, axes = plt.subplots(figsize=(9.0, 6.0))
+def draw(axes, scene, rows):
     good = [row for row in rows if row['good']]
     ours = [row for row in good if row['contender'].startswith('ours: ')]
     axes.plot([row['cost'] for row in ours], [row['error'] for row in ours], '.', color=OURS,
@@ -61,40 +59,40 @@ def draw(scene, rows, path):
               linewidth=2.2, markersize=4, label='ours, the best settings')
     for name, (color, marker, line) in STYLES.items():
         theirs = [row for row in good if row['contender'] == name]
-        if theirs:
-            axes.plot([row['cost'] for row in theirs], [row['error'] for row in theirs],
-                      linestyle=line, marker=marker, color=color, markersize=5, linewidth=1.2,
-                      markeredgecolor='black', markeredgewidth=0.3, label=name)
-        else:
-            axes.plot([], [], linestyle='none', marker=marker, color=color,
-                      label=name + ': none usable')
+        axes.plot([row['cost'] for row in theirs], [row['error'] for row in theirs],
+                  linestyle=line, marker=marker, color=color, markersize=4, linewidth=1.0,
+                  markeredgecolor='black', markeredgewidth=0.3, label=name)
     axes.set_xscale('log')
     axes.set_yscale('log')
-    axes.set_xlabel('computing time per simulated second [s]')
-    axes.set_ylabel('RMS position error [m]')
     axes.grid(True, which='major', color='#dddddd', linewidth=0.6)
     axes.axvline(1.0, color='#555555', linewidth=1.0, linestyle=':')
-    axes.text(1.0, 0.99, ' real time', transform=axes.get_xaxis_transform(), va='top',
+    axes.text(1.0, 0.99, 'real time ', transform=axes.get_xaxis_transform(), va='top', ha='right',
               color='#555555', fontsize=8, clip_on=True)
     axes.set_ylim(max(1e-7, 0.5 * min((row['error'] for row in good), default=1e-6)), LARGEST)
-    axes.set_title('Ours against theirs: %s' % scene)
-    axes.legend(fontsize=7, loc='center left', bbox_to_anchor=(1.01, 0.5))
-    figure.savefig(path, dpi=130, bbox_inches='tight')
-    plt.close(figure)
+    axes.set_title(scene, fontsize=10)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('file', help='written by rivals --output')
-    parser.add_argument('folder', help='for the pictures')
+    parser.add_argument('picture', help='to write')
     arguments = parser.parse_args()
     scenes = {}
     for row in read(arguments.file):
         scenes.setdefault(row['scene'], []).append(row)
-    os.makedirs(arguments.folder, exist_ok=True)
-    for scene, rows in scenes.items():
-        draw(scene, rows, os.path.join(arguments.folder,
-                                       'rivals_%s.png' % scene.replace(' ', '_')))
+    columns = min(3, len(scenes))
+    lines = -(-len(scenes) // columns)
+    figure, panels = plt.subplots(lines, columns, figsize=(4.2 * columns, 3.4 * lines),
+                                  squeeze=False, constrained_layout=True)
+    for axes in panels.flat[len(scenes):]:
+        axes.set_visible(False)
+    for axes, (scene, rows) in zip(panels.flat, scenes.items()):
+        draw(axes, scene, rows)
+    figure.supxlabel('computing time per simulated second [s]', fontsize=10)
+    figure.supylabel('RMS position error [m]', fontsize=10)
+    figure.legend(*panels[0, 0].get_legend_handles_labels(), fontsize=8, ncol=4,
+                  loc='lower center', bbox_to_anchor=(0.5, 1.0))
+    figure.savefig(arguments.picture, dpi=110, bbox_inches='tight')
 
 
 if __name__ == '__main__':
