@@ -1,20 +1,27 @@
 #include "schemes/step_system.h"
 
 #include <cmath>
+#include <utility>
 
 namespace mass_spring {
 
-StepSystem::StepSystem(const Model& model, const SolverOptions& options, const Effect* left_out)
+StepSystem::StepSystem(const Model& model, const SolverOptions& options,
+                       std::vector<const Effect*> effects)
     : model_(model),
-      left_out_(left_out),
+      effects_(std::move(effects)),
       matrix_(model.pattern, model.threads.get()),
       system_(model, options) {}
+
+StepSystem::StepSystem(const Model& model, const SolverOptions& options)
+    : StepSystem(model, options, {}) {
+  for (const auto& effect : model.effects) effects_.push_back(effect.get());
+}
 
 void StepSystem::assemble(double w, const Vectors& x, const Vectors& x_damping, const Vectors& v,
                           Projection projection, SubstepReport& report) {
   matrix_.setMasses(1.0, model_.masses);
   const auto add = [&](const Vectors& positions, const MatrixWeights& weights) {
-    for (const auto& effect : model_.effects) {
+    for (const Effect* effect : effects_) {
       report.projected_springs +=
           effect->addDerivatives(positions, v, weights, projection, matrix_);
     }
@@ -31,8 +38,7 @@ void StepSystem::assemble(double w, const Vectors& x, const Vectors& x_damping, 
 void StepSystem::linearise(double w, const State& state, Vectors& forces, SubstepReport& report) {
   matrix_.setMasses(1.0, model_.masses);
   forces.setZero();
-  for (const auto& effect : model_.effects) {
-    if (effect.get() == left_out_) continue;
+  for (const Effect* effect : effects_) {
     report.projected_springs +=
         effect->linearise(state.positions, state.velocities, w, matrix_, forces);
   }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "effects/effect.h"
 #include "mass_spring_sim/model.h"
 #include "schemes/drive.h"
@@ -12,8 +14,10 @@ namespace mass_spring {
 /// solution keep what a start holds, and right-hand sides must be zero there.
 class StepSystem {
  public:
-  /// @param left_out  the effect that linearise() leaves to others; nullptr = none
-  StepSystem(const Model& model, const SolverOptions& options, const Effect* left_out = nullptr);
+  /// @param effects  the only ones to be in its matrix
+  StepSystem(const Model& model, const SolverOptions& options, std::vector<const Effect*> effects);
+  /// With all effects of the model.
+  StepSystem(const Model& model, const SolverOptions& options);
 
   /// The matrix with K at positions x and D at positions x_damping, both at velocities v, coupled
   /// still with the pinned particles.
@@ -38,7 +42,7 @@ class StepSystem {
 
  private:
   const Model& model_;
-  const Effect* left_out_;
+  std::vector<const Effect*> effects_;
   StepMatrix matrix_;
   LinearSystem system_;
 };

@@ -1,6 +1,6 @@
 #include "schemes/xpbd.h"
 
-#include <algorithm>
+#include <utility>
 
 namespace mass_spring {
 
@@ -9,32 +9,31 @@ Xpbd::Xpbd(const Model& model, const SolverOptions& options) : model_(model) {
   accelerations_.setZero(3, model.particleCount());
   mobilities_.setZero(3, model.particleCount());
   if (model.springs_effect) springs_.emplace(model.springs_effect->batches(), model.masses);
-  const bool simple =
-      std::all_of(model.effects.begin(), model.effects.end(), [&](const auto& effect) {
-        return effect.get() == model.springs_effect || effect->constant();
-      });
-  if (!simple) others_.emplace(model, options);
+  std::vector<const Effect*> others;
+  for (const auto& effect : model.effects) {
+    if (effect.get() != model.springs_effect && !effect->constant()) others.push_back(effect.get());
+  }
+  if (!others.empty()) others_.emplace(model, options, std::move(others));
 }
 
 SubstepReport Xpbd::advance(double h, const Drive& drive, State& state) {
-  SubstepReport report;
   before_ = state.positions;
   findMobilities(drive);
-  if (others_) {
-    report = others_->scheme.advance(Scheme::kLinearImplicitEuler, h, drive, state);
-  } else {
-    advanceFreely(h, drive, state);
+  advanceFreely(h, drive, state);
+  if (springs_) {
+    springs_->relax(h, drive.pinned, before_, state.positions);
+    const double *x = state.positions.data(), *from = before_.data(), *m = mobilities_.data();
+    double* v = state.velocities.data();
+    const double rate = 1.0 / h;
+    for (Eigen::Index k = 0; k < before_.size(); ++k) {
+      const double mean = rate * (x[k] - from[k]);
+      v[k] = m[k] > 0.0 ? mean : v[k];
+    }
   }
-  if (!springs_) return report;
-  springs_->relax(h, drive.pinned, before_, state.positions);
-  const double *x = state.positions.data(), *from = before_.data(), *mobility = mobilities_.data();
-  double* v = state.velocities.data();
-  const double rate = 1.0 / h;
-  for (Eigen::Index k = 0; k < before_.size(); ++k) {
-    const double mean = rate * (x[k] - from[k]);
-    v[k] = mobility[k] > 0.0 ? mean : v[k];
-  }
-  return report;
+  if (!others_) return {};
+  state.positions = before_;
+  const Drive unloaded{drive.pinned, nullptr, drive.time};
+  return others_->scheme.advance(Scheme::kLinearImplicitEuler, h, unloaded, state);
 }
 
 void Xpbd::findMobilities(const Drive& drive) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "effects/spring_relaxation.h"
@@ -11,11 +12,12 @@
 
 namespace mass_spring {
 
-/// Extended position based dynamics with one iteration in each sub-step: first all that is no
-/// spring, by a linearly implicit step, then one spring after the other (SpringRelaxation). It is
-/// stable at any step without solving for the springs, and as cheap as evaluating their forces;
-/// what it errs by is that each of them hears of the others only in the next sub-step. Coarse steps
-/// make springs soft and what swings slow.
+/// Extended position based dynamics with one iteration in each sub-step: constant forces, then one
+/// spring after the other (SpringRelaxation), and with the velocities that come of it a linearly
+/// implicit step of all that is left, so that contact has the last word. It is stable at any step
+/// without solving for the springs, and as cheap as evaluating their forces; what it errs by is
+/// that each of them hears of the others only in the next sub-step. Coarse steps make springs soft
+/// and what swings slow.
 class Xpbd {
  public:
   Xpbd(const Model& model, const SolverOptions& options);
@@ -25,19 +27,19 @@ class Xpbd {
 
  private:
   void findMobilities(const Drive& drive);
-  /// What acts without springs, where none of it depends on positions or velocities.
+  /// By constant effects and loads alone.
   void advanceFreely(double h, const Drive& drive, State& state) const;
 
   struct Others {
-    Others(const Model& model, const SolverOptions& options)
-        : system(model, options, model.springs_effect), scheme(model, options, system) {}
+    Others(const Model& model, const SolverOptions& options, std::vector<const Effect*> effects)
+        : system(model, options, std::move(effects)), scheme(model, options, system) {}
     StepSystem system;
     Rosenbrock scheme;
   };
 
   const Model& model_;
   std::optional<SpringRelaxation> springs_;
-  std::optional<Others> others_;  // if something needs it
+  std::optional<Others> others_;  // if there are any
   Vectors before_;
   std::vector<char> pinned_;  // that these belong to, 0 for pinned particles:
   Vectors mobilities_;        // 1/kg per coordinate
