@@ -1,6 +1,7 @@
 #include "effects/broad_phase.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace mass_spring {
@@ -66,8 +67,8 @@ BroadPhase::BroadPhase(CollisionElements elements, double distance)
       triangles_(centres(elements_.triangles, elements_.rest)),
       edges_(centres(elements_.edges, elements_.rest)) {}
 
-bool BroadPhase::covers(const Vectors& positions) const {
-  if (from_.cols() != positions.cols()) return false;
+double BroadPhase::strayed(const Vectors& positions) const {
+  if (from_.cols() != positions.cols()) return std::numeric_limits<double>::infinity();
   const auto n = static_cast<double>(positions.cols());
   // How far along their ways they are, by least squares about the common motion.
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -87,7 +88,7 @@ bool BroadPhase::covers(const Vectors& positions) const {
     const double off_square = off.squaredNorm();
     if (!(off_square <= furthest)) furthest = off_square;  // keeps what is not a number
   }
-  return furthest <= margin_ * margin_;
+  return std::sqrt(furthest);
 }
 
 template <std::size_t N>
@@ -105,14 +106,15 @@ AlignedBox BroadPhase::box(const std::array<std::uint32_t, N>& particles) const 
   return hull;
 }
 
-void BroadPhase::take(const ElementPair& pair) {
-  const double reach = distance_ + 2.0 * margin_ + mostApproach(pair.elements, pair.corners(way_));
-  if (!(leastDistance(pair.elements, pair.corners(from_)) <= reach)) return;
+void BroadPhase::take(std::array<std::uint32_t, 4> particles, Elements elements) {
+  ElementPair pair{particles, elements, 0.0};
+  pair.apart = leastDistance(elements, pair.corners(from_), pair.corners(to_));
+  if (!(pair.apart <= distance_ + 2.0 * margin_)) return;
   const auto& object = elements_.object;
-  if (object[pair.particles[0]] == object[pair.particles[2]]) {
+  if (object[particles[0]] == object[particles[2]]) {
     const Corners rest = pair.corners(elements_.rest);
-    if (leastDistance(pair.elements, rest) < distance_ &&
-        proximity(pair.elements, rest).distance < distance_) {
+    if (leastDistance(elements, rest) < distance_ &&
+        proximity(elements, rest).distance < distance_) {
       return;
     }
   }
@@ -121,6 +123,7 @@ void BroadPhase::take(const ElementPair& pair) {
 
 void BroadPhase::refresh(const Vectors& from, const Vectors& to) {
   from_ = from;
+  to_ = to;
   way_ = to - from;
   mean_way_ = way_.rowwise().mean();
   pairs_.clear();
@@ -140,7 +143,7 @@ void BroadPhase::refresh(const Vectors& from, const Vectors& to) {
       for (const std::uint32_t t : found_) {
         const auto& [a, b, c] = triangles[t];
         if (shareParticle(particle, triangles[t])) continue;
-        take({{i, a, b, c}, Elements::kParticleAndTriangle});
+        take({i, a, b, c}, Elements::kParticleAndTriangle);
       }
     }
   }
@@ -150,7 +153,7 @@ void BroadPhase::refresh(const Vectors& from, const Vectors& to) {
     edges_.find(boxes_[s], found_);
     for (const std::uint32_t e : found_) {
       if (e <= s || shareParticle(edges[s], edges[e])) continue;
-      take({{edges[s][0], edges[s][1], edges[e][0], edges[e][1]}, Elements::kSegments});
+      take({edges[s][0], edges[s][1], edges[e][0], edges[e][1]}, Elements::kSegments);
     }
   }
 }

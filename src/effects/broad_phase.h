@@ -25,6 +25,7 @@ struct CollisionElements {
 struct ElementPair {
   std::array<std::uint32_t, 4> particles;
   Elements elements;
+  double apart;  ///< m, no more than their distance anywhere on their ways
 
   Corners corners(const Vectors& positions) const {
     Corners x;
@@ -45,21 +46,23 @@ class BroadPhase {
   BroadPhase(CollisionElements elements, double distance);
 
   const std::vector<ElementPair>& pairs() const { return pairs_; }
-  /// Whether pairs() has all that are near at these positions, or on a straight way between any
-  /// such positions.
-  bool covers(const Vectors& positions) const;
+  /// m, how far the particles have left their ways at most: two elements are no nearer than they
+  /// were to be, less twice that, also on a straight way between any such positions.
+  double strayed(const Vectors& positions) const;
+  /// Whether pairs() has all that are near if they have strayed as far.
+  bool covers(double strayed) const { return strayed <= margin_; }
   /// Finds the pairs for positions on the way from one place to another.
   void refresh(const Vectors& from, const Vectors& to);
 
  private:
   template <std::size_t N>
   AlignedBox box(const std::array<std::uint32_t, N>& particles) const;
-  void take(const ElementPair& pair);
+  void take(std::array<std::uint32_t, 4> particles, Elements elements);
 
   CollisionElements elements_;
   double distance_, margin_;
   std::vector<ElementPair> pairs_;
-  Vectors from_, way_;  // none before the first refresh
+  Vectors from_, to_, way_;  // none before the first refresh
   Eigen::Vector3d mean_way_;
   BoxTree triangles_, edges_;
   std::vector<AlignedBox> boxes_;

@@ -28,8 +28,11 @@ struct Proximity {
 };
 Proximity proximity(Elements elements, const Corners& x);
 
-/// m, no more than their distance, and much cheaper: that of their boxes.
+/// m, no more than their distance, and much cheaper: that of their boxes, or along the line between
+/// their middles.
 double leastDistance(Elements elements, const Corners& x);
+/// The same for all places on the straight ways of the corners, on which they go evenly.
+double leastDistance(Elements elements, const Corners& from, const Corners& to);
 
 /// How weights and normal change where the corners move.
 struct ProximityRate {
