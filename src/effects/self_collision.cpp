@@ -8,7 +8,7 @@ namespace mass_spring {
 namespace {
 
 // Sub-steps that are looked ahead for pairs, if all goes on as it is.
-constexpr double kAhead = 1.0;
+constexpr double kAhead = 2.0;
 // Pairs of the same particle that push it at once, as far as bounds go.
 constexpr double kPushesAtOnce = 4.0;
 // In units of mass / step^2: as much as explicit schemes bear.
@@ -47,7 +47,7 @@ double defaultStiffness(const Model& model, Elements elements, double thickness,
 
 SelfCollision::SelfCollision(const SelfCollisionOptions& options, const Model& model, double rate)
     : thickness_(options.thickness),
-      broad_(CollisionElements(model), options.thickness),
+      broad_(CollisionElements(model), options.thickness, *model.threads),
       beside_(model.particleCount(), 0) {
   for (const Elements e : {Elements::kParticleAndTriangle, Elements::kSegments}) {
     stiffness_[static_cast<std::size_t>(e)] =

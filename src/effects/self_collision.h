@@ -16,7 +16,7 @@ namespace mass_spring {
 /// What follows from positions does not depend on earlier ones between sub-steps.
 class SelfCollision : public Effect {
  public:
-  /// @param model  has its particles, springs and triangles already
+  /// @param model  has its particles, springs, triangles and threads already
   /// @param rate   Hz, of steps
   SelfCollision(const SelfCollisionOptions& options, const Model& model, double rate);
 
