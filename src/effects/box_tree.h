@@ -13,12 +13,8 @@ struct AlignedBox {
   static AlignedBox empty();
   void include(const AlignedBox& other);
   bool meets(const AlignedBox& other) const {
-    bool meets = true;  // without a branch: which of them parts two boxes is hard to foretell
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      meets &= low[axis] <= other.high[axis];
-      meets &= other.low[axis] <= high[axis];
-    }
-    return meets;
+    return low[0] <= other.high[0] && other.low[0] <= high[0] && low[1] <= other.high[1] &&
+           other.low[1] <= high[1] && low[2] <= other.high[2] && other.low[2] <= high[2];
   }
 };
 

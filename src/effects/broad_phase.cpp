@@ -110,8 +110,9 @@ AlignedBox BroadPhase::box(const std::array<std::uint32_t, N>& particles) const 
 void BroadPhase::take(std::array<std::uint32_t, 4> particles, Elements elements,
                       Found& found) const {
   ElementPair pair{particles, elements, 0.0};
-  pair.apart = leastDistance(elements, pair.corners(from_), pair.corners(to_));
-  if (!(pair.apart <= distance_ + 2.0 * margin_)) return;
+  const double reach = distance_ + 2.0 * margin_;
+  pair.apart = leastDistance(elements, pair.corners(from_), pair.corners(to_), reach);
+  if (!(pair.apart <= reach)) return;
   const auto& object = elements_.object;
   if (object[particles[0]] == object[particles[2]]) {
     const Corners rest = pair.corners(elements_.rest);

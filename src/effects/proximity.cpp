@@ -134,13 +134,10 @@ Gaps gaps(Elements elements, const Eigen::RowVector4d& places) {
   return {low1 - high2, low2 - high1};
 }
 
-/// From the middle of the second element to that of the first one, or 0.
+/// From the middle of the second element to that of the first one.
 Eigen::Vector3d betweenMiddles(Elements elements, const Corners& x) {
-  const Eigen::Vector3d apart = elements == Elements::kSegments
-                                    ? Eigen::Vector3d(x * Eigen::Vector4d(0.5, 0.5, -0.5, -0.5))
-                                    : Eigen::Vector3d(x.col(0) - x.rightCols<3>().rowwise().mean());
-  const double length = apart.norm();
-  return length > 0.0 ? Eigen::Vector3d(apart / length) : Eigen::Vector3d(Eigen::Vector3d::Zero());
+  if (elements == Elements::kSegments) return 0.5 * (x.col(0) + x.col(1) - x.col(2) - x.col(3));
+  return x.col(0) - (x.col(1) + x.col(2) + x.col(3)) / 3.0;
 }
 
 }  // namespace
@@ -153,7 +150,7 @@ double leastDistance(Elements elements, const Corners& x) { return leastDistance
 
 // Along a direction, the gap to what is on the other side is a least difference of two corners: on
 // the way, it is never below the lesser one of those at the ends.
-double leastDistance(Elements elements, const Corners& from, const Corners& to) {
+double leastDistance(Elements elements, const Corners& from, const Corners& to, double enough) {
   double square = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
     const Gaps before = gaps(elements, from.row(axis)), after = gaps(elements, to.row(axis));
@@ -161,9 +158,12 @@ double leastDistance(Elements elements, const Corners& from, const Corners& to) 
         0.0, std::max(std::min(before.above, after.above), std::min(before.below, after.below)));
     square += gap * gap;
   }
-  const Eigen::Vector3d direction = betweenMiddles(elements, from);
-  return std::max(std::sqrt(square), std::min(gaps(elements, direction.transpose() * from).above,
-                                              gaps(elements, direction.transpose() * to).above));
+  const double between_boxes = std::sqrt(square);
+  const Eigen::RowVector3d direction = betweenMiddles(elements, from).transpose();
+  if (between_boxes > enough || direction.isZero(0.0)) return between_boxes;
+  const double along =
+      std::min(gaps(elements, direction * from).above, gaps(elements, direction * to).above);
+  return std::max(between_boxes, along / direction.norm());
 }
 
 // Nearest points are apart across the free directions E = X C: with r = X w, E^T r = 0 at all

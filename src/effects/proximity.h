@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <limits>
 #include <optional>
 
 namespace mass_spring {
@@ -32,7 +33,9 @@ Proximity proximity(Elements elements, const Corners& x);
 /// their middles.
 double leastDistance(Elements elements, const Corners& x);
 /// The same for all places on the straight ways of the corners, on which they go evenly.
-double leastDistance(Elements elements, const Corners& from, const Corners& to);
+/// @param enough  m, what is above that is not asked for more precisely
+double leastDistance(Elements elements, const Corners& from, const Corners& to,
+                     double enough = std::numeric_limits<double>::infinity());
 
 /// How weights and normal change where the corners move.
 struct ProximityRate {

@@ -60,11 +60,12 @@ void SelfCollision::beginSubstep(const Vectors& positions, const Vectors& veloci
   start_ = positions;
   under_way_ = true;
   expected_ = positions + h * velocities;
-  if (!broad_.covers(broad_.strayed(positions)) || !broad_.covers(broad_.strayed(expected_))) {
+  start_strayed_ = broad_.strayed(positions);
+  if (!broad_.covers(start_strayed_) || !broad_.covers(broad_.strayed(expected_))) {
     expected_ = positions + kAhead * h * velocities;
-    broad_.refresh(positions, expected_);
+    refresh(expected_);
   }
-  forgetStart();
+  start_distances_.assign(broad_.pairs().size(), kUnknown);
 }
 
 bool SelfCollision::endSubstep(const Vectors& positions) {
@@ -82,8 +83,9 @@ double SelfCollision::distanceWithin(const ElementPair& pair, const Corners& x) 
   return least < thickness_ ? proximity(pair.elements, x).distance : least;
 }
 
-void SelfCollision::forgetStart() const {
-  start_strayed_ = broad_.strayed(start_);
+void SelfCollision::refresh(const Vectors& positions) const {
+  broad_.refresh(under_way_ ? start_ : positions, positions);
+  start_strayed_ = 0.0;
   start_distances_.assign(broad_.pairs().size(), kUnknown);
 }
 
@@ -99,8 +101,7 @@ double SelfCollision::startDistance(std::size_t pair) const {
 double SelfCollision::cover(const Vectors& positions) const {
   double strayed = broad_.strayed(positions);
   if (!broad_.covers(strayed)) {
-    broad_.refresh(under_way_ ? start_ : positions, positions);
-    if (under_way_) forgetStart();
+    refresh(positions);
     strayed = broad_.strayed(positions);
   }
   return thickness_ + 2.0 * (under_way_ ? std::max(strayed, start_strayed_) : strayed);

@@ -60,7 +60,8 @@ class SelfCollision : public Effect {
   /// Pairs for these positions and the way there from where the sub-step began. @return m, those
   /// that are to be further apart push nothing at these positions, and have not passed on this way
   double cover(const Vectors& positions) const;
-  void forgetStart() const;
+  /// Finds the pairs for the way there.
+  void refresh(const Vectors& positions) const;
   /// m, at most that of the pair where the sub-step that is under way began.
   double startDistance(std::size_t pair) const;
   /// m, the distance where it is below the thickness, else no more than that.
@@ -78,7 +79,7 @@ class SelfCollision : public Effect {
   mutable std::vector<Push> pushes_;
   mutable std::vector<char> beside_;             // per particle, whether something has passed it
   mutable std::vector<double> start_distances_;  // m, of the pairs, while a sub-step is under way
-  mutable double start_strayed_;                 // m, as far as particles had when it began
+  mutable double start_strayed_ = 0.0;           // m, as far as particles had when it began
   bool under_way_ = false;
   Vectors start_;
   mutable Vectors expected_;
