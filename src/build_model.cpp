@@ -187,12 +187,12 @@ Model buildModel(const Scene& scene) {
   Model model;
   for (const Object& object : scene.objects) appendObject(object, model);
   requirePhysical(scene, model);
+  model.threads = std::make_shared<ThreadPool>(usefulThreads(scene.solver.threads, model));
   addEffects(scene, model);
   SchemeChoice choice = chooseScheme(scene, model);
   model.solver = choice.options;
   model.scheme_reason = std::move(choice.reason);
   addPattern(model);
-  model.threads = std::make_shared<ThreadPool>(usefulThreads(scene.solver.threads, model));
   return model;
 }
 

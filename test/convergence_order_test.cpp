@@ -17,22 +17,82 @@ class ConvergenceOrder : public testing::TestWithParam<Scheme> {
 INSTANTIATE_TEST_SUITE_P(Schemes, ConvergenceOrder, testing::ValuesIn(allSchemes()), schemeName);
 
 // Against the exact solution, so that it is also the right limit.
-TEST_P(ConvergenceOrder, OfADampedSpring) {
-  Oscillator oscillator;
-  oscillator.damping = 0.4;
-  const auto error = [&](double rate) {
-    Scene scene = oscillator.scene(GetParam(), rate);
-    scene.solver.newton_tolerance = 1e-13;
-    Simulation simulation(scene);
-    while (simulation.state().time < 1.0) simulation.step();
-    return std::abs(simulation.state().positions(0, 1) - oscillator.rest_length -
-                    oscillator.displacement(simulation.state().time));
+class OrderOfOscillators : public ConvergenceOrder {
+ protected:
+  /// @param scene  at some rate [Hz], with the oscillator
+  /// @param displacement  of a particle in a state [m]
+  template <typename MakeScene, typename Displacement>
+  void expectOrder(const MakeScene& scene, const Displacement& displacement) const {
+    const auto error = [&](double rate) {
+      Scene fine = scene(rate);
+      fine.solver.newton_tolerance = 1e-13;
+      Simulation simulation(fine);
+      while (simulation.state().time < 1.0) simulation.step();
+      return std::abs(displacement(simulation.state()) -
+                      oscillator_.displacement(simulation.state().time));
+    };
+    // Where the leading term rules, and rounding is far: w h = 0.006, 0.02, 0.04, 0.09.
+    const double coarse[] = {0.0, 2000.0, 500.0, 300.0, 128.0};
+    const double rate = coarse[order()];
+    EXPECT_GT(error(2.0 * rate), 1e-10);  // not a comparison of zeros
+    EXPECT_NEAR(std::log2(error(rate) / error(2.0 * rate)), order(), 0.1);
+  }
+
+  /// A particle that swings about where it has sunk into a cushion by its weight, in air: with the
+  /// same frequency, damped alike. It never leaves the cushion.
+  Scene onCushion(double rate) {
+    oscillator_.amplitude = 0.5 * sunk();
+    Particles particle;
+    particle.positions = {{0.0, 0.0, kThickness - sunk() + oscillator_.amplitude}};
+    particle.masses = {oscillator_.mass};
+    Scene scene = netScene(std::move(particle), GetParam(), rate);
+    scene.effects.gravity = GravityOptions{Eigen::Vector3d(0.0, 0.0, -kGravity)};
+    scene.effects.air_drag = AirDragOptions{oscillator_.damping};
+    return scene;
+  }
+  double above(const State& state) const { return state.positions(2, 0) - kThickness + sunk(); }
+  double sunk() const { return oscillator_.mass * kGravity / oscillator_.stiffness; }  // m
+
+  static constexpr double kThickness = 0.2;  // m
+  Oscillator oscillator_;
+};
+INSTANTIATE_TEST_SUITE_P(Schemes, OrderOfOscillators, testing::ValuesIn(allSchemes()), schemeName);
+
+TEST_P(OrderOfOscillators, OnADampedSpring) {
+  oscillator_.damping = 0.4;
+  expectOrder([&](double rate) { return oscillator_.scene(GetParam(), rate); },
+              [&](const State& state) { return state.positions(0, 1) - oscillator_.rest_length; });
+}
+
+TEST_P(OrderOfOscillators, OnAPlaneInAir) {
+  oscillator_.damping = 0.4;
+  const auto scene = [&](double rate) {
+    Scene cushion = onCushion(rate);
+    ContactOptions& contact = cushion.effects.contact.emplace();
+    contact.stiffness = oscillator_.stiffness;
+    contact.thickness = kThickness;
+    contact.shapes = {{"floor", Plane{{0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}}}};
+    return cushion;
   };
-  // Where the leading term rules, and rounding is far: w h = 0.006, 0.02, 0.04, 0.09.
-  const double coarse[] = {0.0, 2000.0, 500.0, 300.0, 128.0};
-  const double rate = coarse[order()];
-  EXPECT_GT(error(2.0 * rate), 1e-10);  // not a comparison of zeros
-  EXPECT_NEAR(std::log2(error(rate) / error(2.0 * rate)), order(), 0.1);
+  expectOrder(scene, [&](const State& state) { return above(state); });
+}
+
+TEST_P(OrderOfOscillators, OnAnotherSegmentInAir) {
+  oscillator_.damping = 0.4;
+  const auto scene = [&](double rate) {
+    Scene cushion = onCushion(rate);
+    Particles beam;
+    beam.positions = {{-0.5, 0.0, 0.0}, {0.5, 0.0, 0.0}};
+    beam.velocities.assign(2, Eigen::Vector3d::Zero());
+    beam.masses = {1.0, 1.0};
+    beam.springs = {{0, 1}};
+    beam.stiffness = {1.0};
+    cushion.objects.push_back({"under", {}, beam});
+    cushion.pins = {{"held", "under", {0, 1}}};
+    cushion.effects.self_collision = SelfCollisionOptions{kThickness, oscillator_.stiffness};
+    return cushion;
+  };
+  expectOrder(scene, [&](const State& state) { return above(state); });
 }
 
 // A swinging, stretching, damped net under gravity, pulled along by a pin: x_h - x_{h/2} shrinks

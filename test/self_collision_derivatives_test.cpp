@@ -47,6 +47,23 @@ TEST_P(EitherElements, NothingIsNearerThanTheNearestPoints) {
   }
 }
 
+TEST_P(EitherElements, NothingIsNearerOnTheWay) {
+  std::mt19937 random(8);
+  int apart = 0;
+  for (int trial = 0; trial < 1000; ++trial) {
+    Corners from = randomCorners(random, 1.0), to = from + randomCorners(random, 0.5);
+    from.col(0).x() += 2.0;
+    to.col(0).x() += 2.0;
+    const double least = leastDistance(GetParam(), from, to);
+    apart += least > 0.2;
+    for (double at = 0.0; at <= 1.0; at += 0.125) {
+      // Rounding of numbers of size 1.
+      EXPECT_LE(least, proximity(GetParam(), from + at * (to - from)).distance + 1e-14);
+    }
+  }
+  EXPECT_GT(apart, 100);  // it is not a bound of nothing
+}
+
 TEST_P(EitherElements, RatesAreDifferencesOfNearestPoints) {
   std::mt19937 random(11);
   constexpr double kStep = 1e-6;

@@ -1,6 +1,7 @@
 #include "effects/broad_phase.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace mass_spring {
@@ -59,15 +60,16 @@ CollisionElements::CollisionElements(const Model& model)
   edges.insert(edges.end(), sides.begin(), sides.end());
 }
 
-BroadPhase::BroadPhase(CollisionElements elements, double distance)
+BroadPhase::BroadPhase(CollisionElements elements, double distance, ThreadPool& threads)
     : elements_(std::move(elements)),
       distance_(distance),
       margin_(kMargin * distance),
+      threads_(threads),
       triangles_(centres(elements_.triangles, elements_.rest)),
       edges_(centres(elements_.edges, elements_.rest)) {}
 
-bool BroadPhase::covers(const Vectors& positions) const {
-  if (from_.cols() != positions.cols()) return false;
+double BroadPhase::strayed(const Vectors& positions) const {
+  if (from_.cols() != positions.cols()) return std::numeric_limits<double>::infinity();
   const auto n = static_cast<double>(positions.cols());
   // How far along their ways they are, by least squares about the common motion.
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -87,7 +89,7 @@ bool BroadPhase::covers(const Vectors& positions) const {
     const double off_square = off.squaredNorm();
     if (!(off_square <= furthest)) furthest = off_square;  // keeps what is not a number
   }
-  return furthest <= margin_ * margin_;
+  return std::sqrt(furthest);
 }
 
 template <std::size_t N>
@@ -105,54 +107,76 @@ AlignedBox BroadPhase::box(const std::array<std::uint32_t, N>& particles) const 
   return hull;
 }
 
-void BroadPhase::take(const ElementPair& pair) {
-  const double reach = distance_ + 2.0 * margin_ + mostApproach(pair.elements, pair.corners(way_));
-  if (!(leastDistance(pair.elements, pair.corners(from_)) <= reach)) return;
+void BroadPhase::take(std::array<std::uint32_t, 4> particles, Elements elements,
+                      Found& found) const {
+  ElementPair pair{particles, elements, 0.0};
+  const double reach = distance_ + 2.0 * margin_;
+  pair.apart = leastDistance(elements, pair.corners(from_), pair.corners(to_), reach);
+  if (!(pair.apart <= reach)) return;
   const auto& object = elements_.object;
-  if (object[pair.particles[0]] == object[pair.particles[2]]) {
+  if (object[particles[0]] == object[particles[2]]) {
     const Corners rest = pair.corners(elements_.rest);
-    if (leastDistance(pair.elements, rest) < distance_ &&
-        proximity(pair.elements, rest).distance < distance_) {
+    if (leastDistance(elements, rest) < distance_ &&
+        proximity(elements, rest).distance < distance_) {
       return;
     }
   }
-  pairs_.push_back(pair);
+  found.pairs.push_back(pair);
+}
+
+void BroadPhase::findRoundParticle(std::uint32_t i, Found& found) const {
+  const std::array<std::uint32_t, 1> particle{i};
+  triangles_.find(box(particle), found.boxes);
+  for (const std::uint32_t t : found.boxes) {
+    const auto& [a, b, c] = elements_.triangles[t];
+    if (shareParticle(particle, elements_.triangles[t])) continue;
+    take({i, a, b, c}, Elements::kParticleAndTriangle, found);
+  }
+}
+
+void BroadPhase::findRoundSegment(std::uint32_t s, Found& found) const {
+  const auto& edges = elements_.edges;
+  edges_.find(boxes_[s], found.boxes);
+  for (const std::uint32_t e : found.boxes) {
+    if (e <= s || shareParticle(edges[s], edges[e])) continue;
+    take({edges[s][0], edges[s][1], edges[e][0], edges[e][1]}, Elements::kSegments, found);
+  }
+}
+
+template <typename Find>
+void BroadPhase::findPairs(std::size_t elements, const Find& find) {
+  threads_.run(kParts, [&](std::uint32_t part) {
+    Found& found = found_[part];
+    found.pairs.clear();
+    for (std::size_t e = part * elements / kParts; e < (part + 1) * elements / kParts; ++e) {
+      find(static_cast<std::uint32_t>(e), found);
+    }
+  });
+  for (const Found& found : found_) {
+    pairs_.insert(pairs_.end(), found.pairs.begin(), found.pairs.end());
+  }
 }
 
 void BroadPhase::refresh(const Vectors& from, const Vectors& to) {
   from_ = from;
+  to_ = to;
   way_ = to - from;
   mean_way_ = way_.rowwise().mean();
   pairs_.clear();
-  const auto& triangles = elements_.triangles;
-  const auto& edges = elements_.edges;
   const auto fit = [&](const auto& elements, BoxTree& tree) {
     boxes_.clear();
     for (const auto& particles : elements) boxes_.push_back(box(particles));
     tree.fit(boxes_);
   };
-  if (!triangles.empty()) {
-    fit(triangles, triangles_);
-    const auto particles = static_cast<std::uint32_t>(from.cols());
-    for (std::uint32_t i = 0; i < particles; ++i) {
-      const std::array<std::uint32_t, 1> particle{i};
-      triangles_.find(box(particle), found_);
-      for (const std::uint32_t t : found_) {
-        const auto& [a, b, c] = triangles[t];
-        if (shareParticle(particle, triangles[t])) continue;
-        take({{i, a, b, c}, Elements::kParticleAndTriangle});
-      }
-    }
+  if (!elements_.triangles.empty()) {
+    fit(elements_.triangles, triangles_);
+    findPairs(elements_.object.size(),
+              [this](std::uint32_t i, Found& found) { findRoundParticle(i, found); });
   }
   if (elements_.segments == 0) return;
-  fit(edges, edges_);
-  for (std::uint32_t s = 0; s < elements_.segments; ++s) {
-    edges_.find(boxes_[s], found_);
-    for (const std::uint32_t e : found_) {
-      if (e <= s || shareParticle(edges[s], edges[e])) continue;
-      take({{edges[s][0], edges[s][1], edges[e][0], edges[e][1]}, Elements::kSegments});
-    }
-  }
+  fit(elements_.edges, edges_);
+  findPairs(elements_.segments,
+            [this](std::uint32_t s, Found& found) { findRoundSegment(s, found); });
 }
 
 }  // namespace mass_spring

@@ -6,6 +6,7 @@
 #include "effects/box_tree.h"
 #include "effects/proximity.h"
 #include "mass_spring_sim/model.h"
+#include "thread_pool.h"
 
 namespace mass_spring {
 
@@ -25,6 +26,7 @@ struct CollisionElements {
 struct ElementPair {
   std::array<std::uint32_t, 4> particles;
   Elements elements;
+  double apart;  ///< m, no more than their distance anywhere on their ways
 
   Corners corners(const Vectors& positions) const {
     Corners x;
@@ -42,28 +44,44 @@ struct ElementPair {
 class BroadPhase {
  public:
   /// @param distance  m, > 0: nearer pairs are found
-  BroadPhase(CollisionElements elements, double distance);
+  /// @param threads  to look for them with
+  BroadPhase(CollisionElements elements, double distance, ThreadPool& threads);
 
   const std::vector<ElementPair>& pairs() const { return pairs_; }
-  /// Whether pairs() has all that are near at these positions, or on a straight way between any
-  /// such positions.
-  bool covers(const Vectors& positions) const;
+  /// m, how far the particles have left their ways at most: two elements are no nearer than they
+  /// were to be, less twice that, also on a straight way between any such positions.
+  double strayed(const Vectors& positions) const;
+  /// Whether pairs() has all that are near if they have strayed as far.
+  bool covers(double strayed) const { return strayed <= margin_; }
   /// Finds the pairs for positions on the way from one place to another.
   void refresh(const Vectors& from, const Vectors& to);
 
  private:
+  // More than there are threads, as elements have near ones in some places only.
+  static constexpr std::uint32_t kParts = 8;
+  /// What one thread finds, in the order of the elements that it looks round.
+  struct Found {
+    std::vector<std::uint32_t> boxes;
+    std::vector<ElementPair> pairs;
+  };
   template <std::size_t N>
   AlignedBox box(const std::array<std::uint32_t, N>& particles) const;
-  void take(const ElementPair& pair);
+  void findRoundParticle(std::uint32_t particle, Found& found) const;
+  void findRoundSegment(std::uint32_t segment, Found& found) const;
+  void take(std::array<std::uint32_t, 4> particles, Elements elements, Found& found) const;
+  /// find(e, found) for each of so many elements.
+  template <typename Find>
+  void findPairs(std::size_t elements, const Find& find);
 
   CollisionElements elements_;
   double distance_, margin_;
+  ThreadPool& threads_;
   std::vector<ElementPair> pairs_;
-  Vectors from_, way_;  // none before the first refresh
+  Vectors from_, to_, way_;  // none before the first refresh
   Eigen::Vector3d mean_way_;
   BoxTree triangles_, edges_;
   std::vector<AlignedBox> boxes_;
-  std::vector<std::uint32_t> found_;
+  std::array<Found, kParts> found_;
 };
 
 }  // namespace mass_spring

@@ -120,24 +120,50 @@ Proximity segmentToSegment(const Corners& x) {
   return near;
 }
 
+/// m, along a direction: how far the first element is above the second one, and below it.
+struct Gaps {
+  double above, below;
+};
+/// @param places  of the corners, along the direction
+Gaps gaps(Elements elements, const Eigen::RowVector4d& places) {
+  const bool segments = elements == Elements::kSegments;
+  const double a = places[0], b = places[1], c = places[2], d = places[3];
+  const double low1 = segments ? std::min(a, b) : a, high1 = segments ? std::max(a, b) : a;
+  const double low2 = segments ? std::min(c, d) : std::min(b, std::min(c, d));
+  const double high2 = segments ? std::max(c, d) : std::max(b, std::max(c, d));
+  return {low1 - high2, low2 - high1};
+}
+
+/// From the middle of the second element to that of the first one.
+Eigen::Vector3d betweenMiddles(Elements elements, const Corners& x) {
+  if (elements == Elements::kSegments) return 0.5 * (x.col(0) + x.col(1) - x.col(2) - x.col(3));
+  return x.col(0) - (x.col(1) + x.col(2) + x.col(3)) / 3.0;
+}
+
 }  // namespace
 
 Proximity proximity(Elements elements, const Corners& x) {
   return measured(elements == Elements::kSegments ? segmentToSegment(x) : particleToTriangle(x), x);
 }
 
-double leastDistance(Elements elements, const Corners& x) {
-  const bool segments = elements == Elements::kSegments;
+double leastDistance(Elements elements, const Corners& x) { return leastDistance(elements, x, x); }
+
+// Along a direction, the gap to what is on the other side is a least difference of two corners: on
+// the way, it is never below the lesser one of those at the ends.
+double leastDistance(Elements elements, const Corners& from, const Corners& to, double enough) {
   double square = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
-    const double a = x(axis, 0), b = x(axis, 1), c = x(axis, 2), d = x(axis, 3);
-    const double low1 = segments ? std::min(a, b) : a, high1 = segments ? std::max(a, b) : a;
-    const double low2 = segments ? std::min(c, d) : std::min(b, std::min(c, d));
-    const double high2 = segments ? std::max(c, d) : std::max(b, std::max(c, d));
-    const double gap = std::max(0.0, std::max(low1 - high2, low2 - high1));
+    const Gaps before = gaps(elements, from.row(axis)), after = gaps(elements, to.row(axis));
+    const double gap = std::max(
+        0.0, std::max(std::min(before.above, after.above), std::min(before.below, after.below)));
     square += gap * gap;
   }
-  return std::sqrt(square);
+  const double between_boxes = std::sqrt(square);
+  const Eigen::RowVector3d direction = betweenMiddles(elements, from).transpose();
+  if (between_boxes > enough || direction.isZero(0.0)) return between_boxes;
+  const double along =
+      std::min(gaps(elements, direction * from).above, gaps(elements, direction * to).above);
+  return std::max(between_boxes, along / direction.norm());
 }
 
 // Nearest points are apart across the free directions E = X C: with r = X w, E^T r = 0 at all

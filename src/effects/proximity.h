@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <limits>
 #include <optional>
 
 namespace mass_spring {
@@ -28,8 +29,13 @@ struct Proximity {
 };
 Proximity proximity(Elements elements, const Corners& x);
 
-/// m, no more than their distance, and much cheaper: that of their boxes.
+/// m, no more than their distance, and much cheaper: that of their boxes, or along the line between
+/// their middles.
 double leastDistance(Elements elements, const Corners& x);
+/// The same for all places on the straight ways of the corners, on which they go evenly.
+/// @param enough  m, what is above that is not asked for more precisely
+double leastDistance(Elements elements, const Corners& from, const Corners& to,
+                     double enough = std::numeric_limits<double>::infinity());
 
 /// How weights and normal change where the corners move.
 struct ProximityRate {

@@ -8,11 +8,14 @@ namespace mass_spring {
 namespace {
 
 // Sub-steps that are looked ahead for pairs, if all goes on as it is.
-constexpr double kAhead = 1.0;
+constexpr double kAhead = 2.0;
 // Pairs of the same particle that push it at once, as far as bounds go.
 constexpr double kPushesAtOnce = 4.0;
 // In units of mass / step^2: as much as explicit schemes bear.
 constexpr double kFirm = 0.1;
+
+// In place of a distance.
+constexpr double kUnknown = -1.0;
 
 // Those round a particle of a sheet push together.
 constexpr double kTrianglesRound = 6.0;
@@ -44,7 +47,7 @@ double defaultStiffness(const Model& model, Elements elements, double thickness,
 
 SelfCollision::SelfCollision(const SelfCollisionOptions& options, const Model& model, double rate)
     : thickness_(options.thickness),
-      broad_(CollisionElements(model), options.thickness),
+      broad_(CollisionElements(model), options.thickness, *model.threads),
       beside_(model.particleCount(), 0) {
   for (const Elements e : {Elements::kParticleAndTriangle, Elements::kSegments}) {
     stiffness_[static_cast<std::size_t>(e)] =
@@ -57,11 +60,12 @@ void SelfCollision::beginSubstep(const Vectors& positions, const Vectors& veloci
   start_ = positions;
   under_way_ = true;
   expected_ = positions + h * velocities;
-  if (!broad_.covers(positions) || !broad_.covers(expected_)) {
+  start_strayed_ = broad_.strayed(positions);
+  if (!broad_.covers(start_strayed_) || !broad_.covers(broad_.strayed(expected_))) {
     expected_ = positions + kAhead * h * velocities;
-    broad_.refresh(positions, expected_);
+    refresh(expected_);
   }
-  findStartDistances();
+  start_distances_.assign(broad_.pairs().size(), kUnknown);
 }
 
 bool SelfCollision::endSubstep(const Vectors& positions) {
@@ -79,32 +83,45 @@ double SelfCollision::distanceWithin(const ElementPair& pair, const Corners& x) 
   return least < thickness_ ? proximity(pair.elements, x).distance : least;
 }
 
-void SelfCollision::findStartDistances() const {
-  start_distances_.clear();
-  for (const ElementPair& pair : broad_.pairs()) {
-    start_distances_.push_back(distanceWithin(pair, pair.corners(start_)));
-  }
+void SelfCollision::refresh(const Vectors& positions) const {
+  broad_.refresh(under_way_ ? start_ : positions, positions);
+  start_strayed_ = 0.0;
+  start_distances_.assign(broad_.pairs().size(), kUnknown);
 }
 
-void SelfCollision::cover(const Vectors& positions) const {
-  if (broad_.covers(positions)) return;
-  broad_.refresh(under_way_ ? start_ : positions, positions);
-  if (under_way_) findStartDistances();
+double SelfCollision::startDistance(std::size_t pair) const {
+  double& distance = start_distances_[pair];
+  if (distance == kUnknown) {
+    const ElementPair& p = broad_.pairs()[pair];
+    distance = distanceWithin(p, p.corners(start_));
+  }
+  return distance;
+}
+
+double SelfCollision::cover(const Vectors& positions) const {
+  double strayed = broad_.strayed(positions);
+  if (!broad_.covers(strayed)) {
+    refresh(positions);
+    strayed = broad_.strayed(positions);
+  }
+  return thickness_ + 2.0 * (under_way_ ? std::max(strayed, start_strayed_) : strayed);
 }
 
 void SelfCollision::findPushes(const Vectors& positions) const {
-  cover(positions);
+  const double reach = cover(positions);
   pushes_.clear();
   bool any_passed = false;
   for (std::size_t p = 0; p < broad_.pairs().size(); ++p) {
     const ElementPair& pair = broad_.pairs()[p];
+    if (pair.apart >= reach) continue;
     const Corners x = pair.corners(positions);
     bool passed = false;
     if (under_way_) {
       const Corners start = pair.corners(start_);
       const double approach = mostApproach(pair.elements, x - start);
-      if (start_distances_[p] - approach >= thickness_) continue;
-      passed = start_distances_[p] <= approach && firstTouch(pair.elements, start, x);
+      const double distance = startDistance(p);
+      if (distance - approach >= thickness_) continue;
+      passed = distance <= approach && firstTouch(pair.elements, start, x);
     }
     if (!passed && leastDistance(pair.elements, x) >= thickness_) continue;
     const Push push{&pair, proximity(pair.elements, x), passed};
@@ -137,8 +154,9 @@ void SelfCollision::spread(const Push& push, const Eigen::Vector3d& force, Vecto
 }
 
 void SelfCollision::addEnergy(const Vectors& positions, Energy& energy) const {
-  cover(positions);
+  const double reach = cover(positions);
   for (const ElementPair& pair : broad_.pairs()) {
+    if (pair.apart >= reach) continue;
     const double depth = thickness_ - distanceWithin(pair, pair.corners(positions));
     if (depth > 0.0) energy.elastic += 0.5 * stiffness(pair) * depth * depth;
   }
@@ -193,13 +211,15 @@ std::uint32_t SelfCollision::addDerivatives(const Vectors& positions, const Vect
 std::uint32_t SelfCollision::linearise(const Vectors& positions, const Vectors& velocities,
                                        double w, StepMatrix& matrix, Vectors& forces) const {
   expected_ = positions + w * velocities;
-  cover(expected_);
+  double reach = cover(expected_);
+  if (!under_way_) reach = std::max(reach, cover(positions));
   pushes_.clear();
   bool any_passed = false;
   for (std::size_t p = 0; p < broad_.pairs().size(); ++p) {
     const ElementPair& pair = broad_.pairs()[p];
+    if (pair.apart >= reach) continue;
     const Corners now = pair.corners(positions), then = pair.corners(expected_);
-    const double distance = under_way_ ? start_distances_[p] : distanceWithin(pair, now);
+    const double distance = under_way_ ? startDistance(p) : distanceWithin(pair, now);
     const double approach = mostApproach(pair.elements, then - now);
     if (distance - approach >= thickness_) continue;
     // What is pushed out does not fall back in: the nearer one of what is and what is to come.

@@ -16,7 +16,7 @@ namespace mass_spring {
 /// What follows from positions does not depend on earlier ones between sub-steps.
 class SelfCollision : public Effect {
  public:
-  /// @param model  has its particles, springs and triangles already
+  /// @param model  has its particles, springs, triangles and threads already
   /// @param rate   Hz, of steps
   SelfCollision(const SelfCollisionOptions& options, const Model& model, double rate);
 
@@ -57,9 +57,13 @@ class SelfCollision : public Effect {
   /// Where elements have passed through others, what lies beside these sees them on the wrong side,
   /// without having been passed itself: it has no say.
   void dropBesidePassed(const Vectors& from, const Vectors& to) const;
-  /// Pairs for these positions and the way there from where the sub-step began.
-  void cover(const Vectors& positions) const;
-  void findStartDistances() const;
+  /// Pairs for these positions and the way there from where the sub-step began. @return m, those
+  /// that are to be further apart push nothing at these positions, and have not passed on this way
+  double cover(const Vectors& positions) const;
+  /// Finds the pairs for the way there.
+  void refresh(const Vectors& positions) const;
+  /// m, at most that of the pair where the sub-step that is under way began.
+  double startDistance(std::size_t pair) const;
   /// m, the distance where it is below the thickness, else no more than that.
   double distanceWithin(const ElementPair& pair, const Corners& x) const;
   /// vectors += the push of a force [N], or what is like one, on the first element
@@ -73,9 +77,9 @@ class SelfCollision : public Effect {
   std::array<double, 2> stiffness_;  // N/m, by Elements
   mutable BroadPhase broad_;
   mutable std::vector<Push> pushes_;
-  mutable std::vector<char> beside_;  // per particle, whether something has passed it
-  mutable std::vector<double>
-      start_distances_;  // m, at most those of the pairs, while a sub-step is under way
+  mutable std::vector<char> beside_;             // per particle, whether something has passed it
+  mutable std::vector<double> start_distances_;  // m, of the pairs, while a sub-step is under way
+  mutable double start_strayed_ = 0.0;           // m, as far as particles had when it began
   bool under_way_ = false;
   Vectors start_;
   mutable Vectors expected_;

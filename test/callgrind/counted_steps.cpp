@@ -1,14 +1,19 @@
-// Steps a scene, beside another one in the same process if a second is given (both as YAML): for
-// callgrind, which counts what countedSteps() executes. Prints
-//   ITERATIONS OTHER_NONZEROS NONZEROS BYTES EFFECT...
-// of the counted steps, of both step matrices, the memory that the simulation holds, its effects.
+// Steps scenes (as YAML), each beside another one in the same process, or beside none where that is
+// an empty text: for callgrind, which counts what countedSteps() executes.
+//   counted_steps_test OTHER SCENE [OTHER SCENE]...
+// Prints for each pair, of the scene but for the second,
+//   NONZEROS OTHER_NONZEROS BYTES ALLOCATIONS ITERATIONS EFFECT...
+// the scalars in both step matrices, the memory that the simulation holds, what was allocated and
+// the linear iterations in the counted steps, and its effects.
+#include <malloc.h>
+
+#include <algorithm>
 #include <cstddef>
+#include <cstring>
 #include <functional>
 #include <iostream>
-#include <map>
 #include <memory>
 #include <string>
-#include <utility>
 
 #include "mass_spring_sim/scene_reader.h"
 #include "mass_spring_sim/simulation.h"
@@ -24,47 +29,73 @@ namespace {
 
 using namespace mass_spring;
 
-/// Memory for the list of what is held, which is not listed itself.
-template <typename T>
-struct Unlisted {
-  using value_type = T;
-  Unlisted() = default;
-  template <typename U>
-  Unlisted(const Unlisted<U>&) {}
-  T* allocate(std::size_t count) { return static_cast<T*>(__libc_malloc(count * sizeof(T))); }
-  void deallocate(T* pointer, std::size_t) { __libc_free(pointer); }
-  bool operator==(const Unlisted&) const { return true; }
-  bool operator!=(const Unlisted&) const { return false; }
+/// What the counted simulation has its memory from, block after block: how many instructions it
+/// takes to copy one to another depends on how they lie, which nothing else may change.
+class Arena {
+ public:
+  void clear() {
+    used_ = held_ = 0;
+    allocations_ = 0;
+  }
+  void* take(std::size_t size) {
+    const std::size_t whole = (size + kAlignment - 1) / kAlignment * kAlignment + kAlignment;
+    if (whole > sizeof(memory_) - used_) return nullptr;
+    char* const block = memory_ + used_ + kAlignment;
+    used_ += whole;
+    sizeOf(block) = size;
+    held_ += size;
+    ++allocations_;
+    return block;
+  }
+  bool has(const void* pointer) const {
+    return !std::less<const void*>()(pointer, memory_) &&
+           std::less<const void*>()(pointer, memory_ + sizeof(memory_));
+  }
+  void giveBack(void* block) { held_ -= sizeOf(block); }
+  /// Of a block: lies before it.
+  static std::size_t& sizeOf(void* block) {
+    return *reinterpret_cast<std::size_t*>(static_cast<char*>(block) - kAlignment);
+  }
+  std::size_t held() const { return held_; }
+  int allocations() const { return allocations_; }
+
+ private:
+  static constexpr std::size_t kAlignment = 64;
+  alignas(4096) char memory_[1 << 26];
+  std::size_t used_, held_;
+  int allocations_;
 };
-using Sizes =
-    std::map<void*, std::size_t, std::less<void*>, Unlisted<std::pair<void* const, std::size_t>>>;
-Sizes* listed = nullptr;  // what has been allocated and not freed since it was set
-
-void* list(void* pointer, std::size_t size) {
-  if (listed && pointer) (*listed)[pointer] = size;
-  return pointer;
-}
-
-void unlist(void* pointer) {
-  if (listed) listed->erase(pointer);
-}
+Arena arena;
+bool from_arena = false;
 
 Scene scene(const char* yaml) { return readScene(readYamlText(yaml, "counted scene"), ""); }
 
 }  // namespace
 
 extern "C" {
-void* malloc(std::size_t size) { return list(__libc_malloc(size), size); }
+void* malloc(std::size_t size) { return from_arena ? arena.take(size) : __libc_malloc(size); }
 void* calloc(std::size_t count, std::size_t size) {
-  return list(__libc_calloc(count, size), count * size);
-}
-void* realloc(void* pointer, std::size_t size) {
-  unlist(pointer);
-  return list(__libc_realloc(pointer, size), size);
+  if (!from_arena) return __libc_calloc(count, size);
+  void* const block = arena.take(count * size);
+  return block ? std::memset(block, 0, count * size) : nullptr;
 }
 void free(void* pointer) {
-  unlist(pointer);
-  __libc_free(pointer);
+  if (arena.has(pointer)) {
+    arena.giveBack(pointer);
+  } else {
+    __libc_free(pointer);
+  }
+}
+void* realloc(void* pointer, std::size_t size) {
+  if (!from_arena && !arena.has(pointer)) return __libc_realloc(pointer, size);
+  void* const block = malloc(size);
+  if (block && pointer) {
+    const std::size_t before =
+        arena.has(pointer) ? Arena::sizeOf(pointer) : malloc_usable_size(pointer);
+    std::memcpy(block, pointer, std::min(size, before));
+    free(pointer);
+  }
+  return block;
 }
 
 /// Not inlined, and with a name that callgrind is told.
@@ -74,24 +105,25 @@ __attribute__((noinline)) void countedSteps(Simulation& simulation) {
 }
 
 int main(int argc, char** argv) {
-  std::unique_ptr<Simulation> other;
-  if (argc > 2) {
-    other = std::make_unique<Simulation>(scene(argv[2]));
-    for (int n = 0; n < 3; ++n) other->step();
+  for (int a = 1; a + 1 < argc; a += 2) {
+    std::unique_ptr<Simulation> other;
+    if (*argv[a] != '\0') {
+      other = std::make_unique<Simulation>(scene(argv[a]));
+      for (int n = 0; n < 3; ++n) other->step();
+    }
+    Simulation(scene(argv[a + 1])).step();  // has made whatever is made once
+    arena.clear();
+    from_arena = true;
+    Simulation simulation(scene(argv[a + 1]));
+    for (int n = 0; n < 3; ++n) simulation.step();
+    const auto iterations = simulation.totals().linear_iterations;
+    const int allocations = arena.allocations();
+    countedSteps(simulation);
+    from_arena = false;
+    std::cout << simulation.matrixNonzeros() << ' ' << (other ? other->matrixNonzeros() : 0) << ' '
+              << arena.held() << ' ' << arena.allocations() - allocations << ' '
+              << simulation.totals().linear_iterations - iterations;
+    for (const std::string& name : simulation.model().effectNames()) std::cout << ' ' << name;
+    std::cout << '\n';
   }
-  Simulation(scene(argv[1])).step();  // has made whatever is made once
-  Sizes sizes;
-  listed = &sizes;
-  Simulation simulation(scene(argv[1]));
-  for (int n = 0; n < 3; ++n) simulation.step();
-  const auto before = simulation.totals().linear_iterations;
-  countedSteps(simulation);
-  listed = nullptr;
-  std::size_t bytes = 0;
-  for (const auto& [pointer, size] : sizes) bytes += size;
-  std::cout << simulation.totals().linear_iterations - before << ' '
-            << (other ? other->matrixNonzeros() : 0) << ' ' << simulation.matrixNonzeros() << ' '
-            << bytes;
-  for (const std::string& name : simulation.model().effectNames()) std::cout << ' ' << name;
-  std::cout << '\n';
 }
