@@ -40,7 +40,7 @@ constexpr const char* kOmissions =
     "| MuJoCo | not run: no springs between particles but by tendons, one by one |\n";
 
 struct Options {
-  std::vector<int> sizes = {20, 50};
+  std::vector<int> sizes = {20, 50, 100};
   std::vector<double> stiffness = {1.0, 1e3, 1e6};
   double duration = 0.5;           // s
   double reference_limit = 300.0;  // s
@@ -55,7 +55,7 @@ Options readOptions(int argc, char** argv) {
   bool quick = false, cloth_only = false;
   CLI::App app("Runs the same scenes in this package and its rivals.", "rivals");
   app.add_option("--output", options.output, "CSV file")->required();
-  app.add_option("--sizes", options.sizes, "N of the cloth, by commas (default 20,50)")
+  app.add_option("--sizes", options.sizes, "N of the cloth, by commas (default 20,50,100)")
       ->delimiter(',')
       ->check(CLI::Range(2, 1000));
   app.add_option("--stiffness", options.stiffness, "factors, by commas (default 1,1e3,1e6)")

@@ -76,7 +76,7 @@ def prepare(axes, study, shown):
     axes.set_ylabel('RMS position error [m]')
     axes.grid(True, which='major', color='#dddddd', linewidth=0.6)
     axes.axvline(1.0, color='#555555', linewidth=1.0, linestyle=':')
-    axes.text(1.0, 0.06, ' real time', transform=axes.get_xaxis_transform(), color='#555555',
+    axes.text(1.0, 0.93, ' real time', transform=axes.get_xaxis_transform(), color='#555555',
               fontsize=8, clip_on=True)
     finest = study['finest_shown_m']
     errors = [row['error'] for row in shown]
