@@ -262,5 +262,19 @@ TEST(SchemeChoice, SoftScenesAreExplicitAndStiffOnesImplicit) {
   EXPECT_EQ(Simulation(accurate).model().solver.scheme, Scheme::kRk4);
 }
 
+// Where steps do not resolve what is fast, ten times the accuracy is ten times the sub-steps of an
+// implicit scheme; of an explicit one, which resolves it anyway, it is none.
+TEST(SchemeChoice, TightAccuraciesOfStiffScenesAreExplicit) {
+  Scene sheet = hangingCloth(12, Scheme::kAuto);
+  Cloth& cloth = std::get<Cloth>(sheet.objects[0].shape);
+  cloth.stiffness *= 1e4;
+  *cloth.shear_stiffness *= 1e4;
+  *cloth.bend_stiffness *= 1e4;
+  sheet.solver.accuracy = 0.02;
+  EXPECT_EQ(buildModel(sheet).solver.scheme, Scheme::kTrBdf2);
+  sheet.solver.accuracy = 1e-3;
+  EXPECT_EQ(buildModel(sheet).solver.scheme, Scheme::kSymplecticEuler);
+}
+
 }  // namespace
 }  // namespace mass_spring
