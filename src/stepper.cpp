@@ -57,9 +57,8 @@ void Stepper::begin(double h, const Drive& drive, const State& state, StepReport
   report.estimated_error = 0.0;
 }
 
-Stepper::Outcome Stepper::advance(Scheme scheme, double from, double to, double h,
+Stepper::Outcome Stepper::advance(Scheme scheme, double substep, double from, double to, double h,
                                   const Drive& drive, const State& state, StepReport& report) {
-  const double substep = (to - from) * h;
   const Drive then{drive.pinned, drive.loads, drive.time + from * h};
   beginSubstep(model_, work_.positions, work_.velocities, substep);
   const SubstepReport sub = explicit_ ? explicit_->advance(substep, then, work_)
@@ -100,7 +99,7 @@ Stepper::Outcome Stepper::attempt(Scheme scheme, int substeps, double h, const D
   begin(h, drive, state, report);
   Outcome outcome = Outcome::kConverged;
   for (int s = 0; s < substeps; ++s) {
-    const Outcome one = advance(scheme, static_cast<double>(s) / substeps,
+    const Outcome one = advance(scheme, h / substeps, static_cast<double>(s) / substeps,
                                 static_cast<double>(s + 1) / substeps, h, drive, state, report);
     if (one == Outcome::kNotFinite || one == Outcome::kPassedThrough) return one;
     if (one == Outcome::kUnconverged) outcome = one;
@@ -118,7 +117,7 @@ Stepper::Outcome Stepper::attemptSafely(int substeps, double h, const Drive& dri
   for (int s = 0; s < substeps; ++s) {
     const Drive then{drive.pinned, drive.loads, drive.time + s * h / substeps};
     energy_->start(h / substeps, work_, then);
-    const Outcome one = advance(report.scheme, static_cast<double>(s) / substeps,
+    const Outcome one = advance(report.scheme, h / substeps, static_cast<double>(s) / substeps,
                                 static_cast<double>(s + 1) / substeps, h, drive, state, report);
     if (one == Outcome::kNotFinite) return one;
     if (one != Outcome::kConverged && outcome != Outcome::kPassedThrough) outcome = one;
@@ -142,8 +141,8 @@ Stepper::Outcome Stepper::attemptAccurately(double h, const Drive& drive, const 
     const double size = kUnits >> control_->level();
     before_substep_.positions = work_.positions;
     before_substep_.velocities = work_.velocities;
-    const Outcome one =
-        advance(options_.scheme, at / whole, (at + size) / whole, h, drive, state, report);
+    const Outcome one = advance(options_.scheme, size / whole * h, at / whole, (at + size) / whole,
+                                h, drive, state, report);
     const double error =
         one == Outcome::kConverged ? substep_error_ : std::numeric_limits<double>::infinity();
     if (control_->accepts(error, size / whole * h)) {
@@ -198,7 +197,7 @@ Stepper::Outcome Stepper::attemptWithin(double h, const Drive& drive, const Stat
                                   static_cast<int>(std::ceil(least * left - 1e-9)));
     const double to = substeps == 1 ? 1.0 : at + left / substeps;
     const double spent = budget_->spent();
-    const Outcome one = advance(scheme, at, to, h, drive, state, report);
+    const Outcome one = advance(scheme, (to - at) * h, at, to, h, drive, state, report);
     budget_->learn(cheap, budget_->spent() - spent);
     if (one == Outcome::kNotFinite) return one;
     if (one != Outcome::kConverged && outcome != Outcome::kPassedThrough) outcome = one;

@@ -66,9 +66,9 @@ class Stepper {
   Outcome attemptVerlet(double h, const Drive& drive, const State& state, StepReport& report);
   Outcome attemptWithin(double h, const Drive& drive, const State& state, StepReport& report);
   void begin(double h, const Drive& drive, const State& state, StepReport& report);
-  /// One sub-step from `from` to `to`, both as parts of the step of h [s].
-  Outcome advance(Scheme scheme, double from, double to, double h, const Drive& drive,
-                  const State& state, StepReport& report);
+  /// One sub-step of `substep` [s], from `from` to `to`, both as parts of the step of h [s].
+  Outcome advance(Scheme scheme, double substep, double from, double to, double h,
+                  const Drive& drive, const State& state, StepReport& report);
   /// Counts what a sub-step did and puts the pinned particles where they are at `to`.
   Outcome conclude(const SubstepReport& sub, double to, const Drive& drive, const State& state,
                    StepReport& report);
