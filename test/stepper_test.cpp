@@ -1,7 +1,10 @@
+#include "stepper.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "effects/effect.h"
 #include "mass_spring_sim/measures.h"
 #include "mass_spring_sim/simulation.h"
 #include "problems.h"
@@ -78,6 +81,38 @@ TEST(Stepper, OverflowingForceFails) {
     const char* where = passed_on ? "object net, particle" : "particle 3";
     EXPECT_NE(report.message.find(where), std::string::npos) << report.message;
     EXPECT_EQ(simulation.state().positions, simulation.model().start.positions);
+  }
+}
+
+/// Adds no force, and notes the size of each sub-step.
+class SubstepSizes : public Effect {
+ public:
+  explicit SubstepSizes(std::vector<double>& sizes) : sizes_(sizes) {}
+  std::vector<std::string> names() const override { return {"substep_sizes"}; }
+  void beginSubstep(const Vectors&, const Vectors&, double h) override { sizes_.push_back(h); }
+  void addForces(const Vectors&, const Vectors&, Vectors&) const override {}
+  void addForces(const Vectors&, const Vectors&, Vectors&, Energy&, double&) const override {}
+  std::uint32_t linearise(const Vectors&, const Vectors&, double, StepMatrix&,
+                          Vectors&) const override {
+    return 0;
+  }
+
+ private:
+  std::vector<double>& sizes_;
+};
+
+// What is found for one size of a sub-step serves for all of them (SpringRelaxation).
+TEST(Stepper, SubstepsHaveTheSameSizeToTheBit) {
+  for (const SchemeInfo& scheme : schemes()) {
+    Scene scene = Oscillator().scene(scheme.scheme, 70.0);
+    scene.solver.substeps = 23;
+    Model model = buildModel(scene);
+    std::vector<double> sizes;
+    model.effects.push_back(std::make_unique<SubstepSizes>(sizes));
+    State state = model.start;
+    Stepper(model, model.solver).step(1.0 / 70.0, Pins(2), nullptr, state);
+    ASSERT_EQ(sizes.size(), 23u) << scheme.name;
+    for (const double size : sizes) EXPECT_EQ(size, 1.0 / 70.0 / 23) << scheme.name;
   }
 }
 
