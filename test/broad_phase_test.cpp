@@ -14,24 +14,7 @@ namespace {
 constexpr double kNear = 0.05;  // m
 constexpr double kNearMargin = 0.25 * kNear;
 
-/// Two sheets and two ropes in a heap.
-Model heapOfThings() {
-  Cloth cloth;
-  cloth.size = {0.4, 0.4};
-  cloth.resolution = {6, 6};
-  cloth.mass = 0.1;
-  cloth.stiffness = 10.0;
-  Rope rope;
-  rope.start = Eigen::Vector3d::Zero();
-  rope.end = {0.4, 0.0, 0.0};
-  rope.segments = 8;
-  rope.mass = 0.1;
-  rope.stiffness = 10.0;
-  Scene scene;
-  scene.solver.scheme = Scheme::kSymplecticEuler;
-  scene.objects = {{"a", {}, cloth}, {"b", {}, cloth}, {"c", {}, rope}, {"d", {}, rope}};
-  return buildModel(scene);
-}
+Model heapOfThings() { return buildModel(sheetsAndRopes(6, 8, Scheme::kSymplecticEuler)); }
 
 Vectors scattered(std::mt19937& random, Eigen::Index count, double size) {
   std::uniform_real_distribution<double> number(-size, size);

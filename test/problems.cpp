@@ -40,6 +40,24 @@ Scene hangingCloth(int n, Scheme scheme) {
   return scene;
 }
 
+Scene sheetsAndRopes(int n, int segments, Scheme scheme) {
+  Cloth cloth;
+  cloth.size = {0.4, 0.4};
+  cloth.resolution = {n, n};
+  cloth.mass = 0.1;
+  cloth.stiffness = 10.0;
+  Rope rope;
+  rope.start = Eigen::Vector3d::Zero();
+  rope.end = {0.4, 0.0, 0.0};
+  rope.segments = segments;
+  rope.mass = 0.1;
+  rope.stiffness = 10.0;
+  Scene scene;
+  scene.solver.scheme = scheme;
+  scene.objects = {{"a", {}, cloth}, {"b", {}, cloth}, {"c", {}, rope}, {"d", {}, rope}};
+  return scene;
+}
+
 double observedOrder(const std::function<Vectors(double rate)>& end, double rate) {
   const Vectors coarse = end(rate), middle = end(2.0 * rate), fine = end(4.0 * rate);
   const double difference = (middle - fine).norm();

@@ -48,6 +48,10 @@ Particles randomNet(int n, double stiffness, double slack, unsigned seed);
 /// An n x n cloth of 1 m, level at the start, held at two adjacent corners, in steps of 1/60 s.
 Scene hangingCloth(int n, Scheme scheme);
 
+/// Two sheets of n x n particles and two ropes, each 0.4 m long and of 0.1 kg, all in one place: to
+/// be thrown into each other.
+Scene sheetsAndRopes(int n, int segments, Scheme scheme);
+
 /// The particles and springs of a scene's first object, by hand: to be moved before the start.
 Particles byHand(const Scene& scene);
 

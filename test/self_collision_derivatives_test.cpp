@@ -118,23 +118,10 @@ TEST_P(EitherElements, TouchesWhatItPassesThroughAndNothingElse) {
   EXPECT_GT(missed, trials / 4);
 }
 
-/// Two small sheets and a rope thrown into each other.
+/// Two small sheets and two ropes thrown into each other.
 struct Tangle {
   Tangle() {
-    Scene scene;
-    scene.solver.scheme = Scheme::kImplicitEuler;
-    Cloth cloth;
-    cloth.size = {0.4, 0.4};
-    cloth.resolution = {5, 5};
-    cloth.mass = 0.1;
-    cloth.stiffness = 10.0;
-    Rope rope;
-    rope.start = Eigen::Vector3d::Zero();
-    rope.end = {0.4, 0.0, 0.0};
-    rope.segments = 6;
-    rope.mass = 0.1;
-    rope.stiffness = 10.0;
-    scene.objects = {{"a", {}, cloth}, {"b", {}, cloth}, {"c", {}, rope}, {"d", {}, rope}};
+    Scene scene = sheetsAndRopes(5, 6, Scheme::kImplicitEuler);
     scene.effects.self_collision = SelfCollisionOptions{0.05, 100.0};
     model = buildModel(scene);
     effect = model.effects.back().get();
