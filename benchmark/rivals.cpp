@@ -2,7 +2,6 @@
 //
 //   rivals [--help]
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -13,6 +12,7 @@
 #include "rival_run.h"
 #include "scenes.h"
 #include "scheme_choice.h"
+#include "tools/command_line.h"
 #include "tools/study_report.h"
 #include "tools/study_sweep.h"
 
@@ -51,35 +51,39 @@ struct Options {
 };
 
 Options readOptions(int argc, char** argv) {
+  CommandLine line("rivals", "Runs the same scenes in this package and its rivals.", "");
+  line.addRequired("output", "TEXT", "CSV file");
+  line.addList("sizes", "INT", "N of the cloth, by commas (default 20,50,100)");
+  line.addList("stiffness", "FLOAT", "factors, by commas (default 1,1e3,1e6)");
+  line.addOption("duration", "FLOAT", "simulated seconds (default 0.5)");
+  line.addOption("time-limit", "FLOAT",
+                 "seconds for each rival, and each of our schemes, on each scene (default 10)");
+  line.addOption("reference-limit", "FLOAT",
+                 "seconds for each reference: scenes are cut to what that allows (default 300)");
+  line.addOption("threads", "UINT", "of ours; the rivals have one (default 1)");
+  line.addFlag("cloth-only", "no rope, no lattice");
+  line.addFlag("quick", "a small cloth, briefly: to see that everything works");
+  line.parse(argc, argv);
+
   Options options;
-  bool quick = false, cloth_only = false;
-  CLI::App app("Runs the same scenes in this package and its rivals.", "rivals");
-  app.add_option("--output", options.output, "CSV file")->required();
-  app.add_option("--sizes", options.sizes, "N of the cloth, by commas (default 20,50,100)")
-      ->delimiter(',')
-      ->check(CLI::Range(2, 1000));
-  app.add_option("--stiffness", options.stiffness, "factors, by commas (default 1,1e3,1e6)")
-      ->delimiter(',')
-      ->check(CLI::Range(1e-6, 1e9));
-  app.add_option("--duration", options.duration, "simulated seconds (default 0.5)")
-      ->check(CLI::Range(0.1, 100.0));
-  app.add_option("--time-limit", options.run.time_limit,
-                 "seconds for each rival, and each of our schemes, on each scene (default 10)")
-      ->check(CLI::Range(0.01, 1e5));
-  app.add_option("--reference-limit", options.reference_limit,
-                 "seconds for each reference: scenes are cut to what that allows (default 300)")
-      ->check(CLI::Range(0.01, 1e5));
-  app.add_option("--threads", options.threads, "of ours; the rivals have one (default 1)")
-      ->check(CLI::Range(1, 256));
-  app.add_flag("--cloth-only", cloth_only, "no rope, no lattice");
-  app.add_flag("--quick", quick, "a small cloth, briefly: to see that everything works");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    std::exit(app.exit(error));
-  }
-  options.others = !cloth_only;
-  if (quick) {
+  options.output = line.value("output");
+  const std::vector<double> sizes = line.numbers("sizes", 2, 1000, "a number from 2 to 1000");
+  if (!sizes.empty()) options.sizes.assign(sizes.begin(), sizes.end());
+  const std::vector<double> stiffness =
+      line.numbers("stiffness", 1e-6, 1e9, "a factor from 1e-6 to 1e9");
+  if (!stiffness.empty()) options.stiffness = stiffness;
+  const auto seconds = [&line](const std::string& name, double least, double most, double& value) {
+    const std::string range = std::to_string(least) + " to " + std::to_string(most);
+    for (const double number : line.numbers(name, least, most, "seconds from " + range)) {
+      value = number;
+    }
+  };
+  seconds("duration", 0.1, 100.0, options.duration);
+  seconds("time-limit", 0.01, 1e5, options.run.time_limit);
+  seconds("reference-limit", 0.01, 1e5, options.reference_limit);
+  options.threads = static_cast<int>(line.integer("threads", 1, 256, 1));
+  options.others = !line.has("cloth-only");
+  if (line.has("quick")) {
     options.sizes = {8};
     options.stiffness = {1.0};
     options.duration = 0.2;

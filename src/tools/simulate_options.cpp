@@ -1,10 +1,10 @@
 #include "tools/simulate_options.h"
 
-#include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
-#include <iostream>
+#include <limits>
+#include <utility>
 
 #include "mass_spring_sim/scene_reader.h"
 #include "tools/set_path.h"
@@ -38,53 +38,44 @@ void refuseOverwriting(const SimulateOptions& options) {
 }  // namespace
 
 SimulateOptions readSimulateOptions(int argc, const char* const* argv) {
-  SimulateOptions options;
-  CLI::App app("Runs a scene as fast as possible, without ROS.", "simulate");
-  app.footer(kFooter);
-  app.add_option("--scene", options.scene, "scene file (YAML)")->required();
-  CLI::Option* const duration =
-      app.add_option("--duration", options.duration, "simulated seconds, > 0")
-          ->check([](const std::string& text) {
-            double value = 0.0;
-            const bool number = CLI::detail::lexical_cast(text, value);
-            return number && std::isfinite(value) && value > 0.0
-                       ? std::string()
-                       : "got " + text + ", expected seconds above 0";
-          });
-  std::string scheme, rate, substeps;
-  const auto not_empty = [](const std::string& text) {
-    return text.empty() ? std::string("got nothing, expected a value") : std::string();
-  };
-  app.add_option("--scheme", scheme, "short for --set solver.scheme=NAME")->check(not_empty);
-  app.add_option("--rate", rate, "short for --set rate=HZ")->check(not_empty);
-  app.add_option("--substeps", substeps, "short for --set solver.substeps=N")->check(not_empty);
-  std::vector<std::string> sets;
-  app.add_option("--set", sets,
-                 "override one value of the scene, as PATH=VALUE; VALUE is YAML, e.g. "
-                 "objects.sheet.mass=0.5; can be given again, the last one wins")
-      ->allow_extra_args(false);
-  app.add_option("--every", options.every, "steps between states in the output (default 1)")
-      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 53));
-  app.add_option("--output", options.output, "CSV file of states");
-  app.add_option("--report", options.report, "JSON file on how the run went");
-  bool check = false;
-  app.add_flag("--check", check, "only validate the scene; --duration is not needed");
+  CommandLine line("simulate", "Runs a scene as fast as possible, without ROS.", kFooter);
+  line.addRequired("scene", "TEXT", "scene file (YAML)");
+  line.addOption("duration", "FLOAT", "simulated seconds, > 0");
+  line.addOption("scheme", "TEXT", "short for --set solver.scheme=NAME");
+  line.addOption("rate", "TEXT", "short for --set rate=HZ");
+  line.addOption("substeps", "TEXT", "short for --set solver.substeps=N");
+  line.addRepeated("set", "TEXT",
+                   "override one value of the scene, as PATH=VALUE; VALUE is YAML, e.g. "
+                   "objects.sheet.mass=0.5; can be given again, the last one wins");
+  line.addOption("every", "UINT",
+                 "steps between states in the output, from 1 to 9007199254740992 (default 1)");
+  line.addOption("output", "TEXT", "CSV file of states");
+  line.addOption("report", "TEXT", "JSON file on how the run went");
+  line.addFlag("check", "only validate the scene; --duration is not needed");
+  line.parse(argc, argv);
 
-  try {
-    app.parse(argc, argv);
-    if (!check && duration->count() == 0) throw CLI::RequiredError("--duration");
-  } catch (const CLI::Success& help) {
-    std::exit(app.exit(help));
-  } catch (const CLI::ParseError& error) {
-    throw ArgumentError(std::string(error.what()) + " (see simulate --help)");
+  SimulateOptions options;
+  options.scene = line.value("scene");
+  const std::vector<double> duration = line.numbers(
+      "duration", CommandLine::kAboveZero, std::numeric_limits<double>::max(), "seconds above 0");
+  const bool check = line.has("check");
+  if (!check && duration.empty()) throw line.error("--duration is required");
+  if (!check) options.duration = duration.front();
+  const std::pair<const char*, const char*> shortcuts[] = {
+      {"scheme", "solver.scheme"}, {"rate", "rate"}, {"substeps", "solver.substeps"}};
+  for (const auto& [name, path] : shortcuts) {
+    for (const std::string& value : line.values(name)) {
+      if (value.empty()) {
+        throw line.error("--" + std::string(name) + ": got nothing, expected a value");
+      }
+      options.assignments.push_back(std::string(path) + "=" + value);
+    }
   }
-  if (check) options.duration = 0.0;
-  const std::pair<const char*, const std::string&> shortcuts[] = {
-      {"solver.scheme", scheme}, {"rate", rate}, {"solver.substeps", substeps}};
-  for (const auto& [path, value] : shortcuts) {
-    if (!value.empty()) options.assignments.push_back(std::string(path) + "=" + value);
-  }
+  const std::vector<std::string> sets = line.values("set");
   options.assignments.insert(options.assignments.end(), sets.begin(), sets.end());
+  options.every = line.integer("every", 1, std::uint64_t{1} << 53, options.every);
+  options.output = line.value("output");
+  options.report = line.value("report");
   refuseOverwriting(options);
   return options;
 }

@@ -1,19 +1,13 @@
 #pragma once
 
 #include <cstdint>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "mass_spring_sim/scene.h"
+#include "tools/command_line.h"
 
 namespace mass_spring {
-
-/// Arguments that were refused.
-class ArgumentError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 /// The arguments of `simulate`.
 struct SimulateOptions {

@@ -1,11 +1,10 @@
 #include "tools/study_options.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
+#include <limits>
 
-#include "tools/simulate_options.h"
+#include "tools/command_line.h"
 
 namespace mass_spring {
 namespace {
@@ -18,17 +17,38 @@ constexpr const char* kStudyFooter =
     "written,\n"
     "128 + signal when interrupted.";
 
-/// A finite number above 0, and below `high`.
-CLI::Validator between(double high, const std::string& what) {
-  return CLI::Validator(
-      [high, what](std::string& text) {
-        double value = 0.0;
-        const bool number = CLI::detail::lexical_cast(text, value);
-        return number && std::isfinite(value) && value > 0.0 && value < high
-                   ? std::string()
-                   : "got " + text + ", expected " + what;
-      },
-      "");
+constexpr double kLargest = std::numeric_limits<double>::max();
+
+/// The schemes of these names, none twice.
+std::vector<Scheme> schemesOf(const CommandLine& line) {
+  std::vector<Scheme> schemes;
+  for (const std::string& name : line.values("schemes")) {
+    const std::optional<Scheme> scheme = schemeFromName(name);
+    if (!scheme) {
+      std::string known;
+      for (const std::string& one : schemeNames()) known += (known.empty() ? "" : ", ") + one;
+      throw line.error("--schemes: got " + name + ", expected " + known);
+    }
+    if (std::find(schemes.begin(), schemes.end(), *scheme) == schemes.end()) {
+      schemes.push_back(*scheme);
+    }
+  }
+  return schemes;
+}
+
+/// The rates in ascending order.
+std::vector<double> ratesOf(const CommandLine& line) {
+  std::vector<double> rates =
+      line.numbers("rates", CommandLine::kAboveZero, 10000.0, "a rate of at most 10000 Hz");
+  std::sort(rates.begin(), rates.end());
+  for (const double rate : rates) {
+    const double share = rate / rates.front();
+    if (std::abs(share - std::round(share)) > 1e-9 * share) {
+      throw line.error("--rates: got " + std::to_string(rate) +
+                       ", expected a multiple of the lowest one");
+    }
+  }
+  return rates;
 }
 
 }  // namespace
@@ -39,66 +59,42 @@ StudyOptions readStudyOptions(int argc, const char* const* argv) {
   for (int i = 0; i < argc; ++i) {
     if (std::string(argv[i]).compare(0, 2, "__") != 0) words.push_back(argv[i]);
   }
+  CommandLine line("accuracy_study",
+                   "Measures what accuracy costs in time on a scene, without ROS.", kStudyFooter);
+  line.addRequired("scene", "TEXT", "scene file (YAML)");
+  line.addRequired("duration", "FLOAT", "simulated seconds, > 0");
+  line.addList("schemes", "TEXT", "names, by commas (default: all)");
+  line.addList("rates", "FLOAT",
+               "Hz, by commas, each a multiple of the lowest (default: from 30 Hz on, doubled)");
+  line.addList("tolerances", "FLOAT", "of Newton's iteration, by commas (default: 1e-2,1e-4,1e-6)");
+  line.addList("accuracies", "FLOAT",
+               "m, by commas, for solver.accuracy (default: 1e-2,1e-3,1e-4,1e-5)");
+  line.addRepeated("set", "TEXT",
+                   "override one value of the scene, as PATH=VALUE; can be given again");
+  line.addOption("time-limit", "FLOAT", "seconds for everything (default 300)");
+  line.addRequired("output", "TEXT", "folder, made if missing");
+  line.addFlag("no-plots", "tables only");
+  line.addFlag("open", "show the plot when it is done");
+  line.parse(static_cast<int>(words.size()), words.data());
+
   StudyOptions options;
-  CLI::App app("Measures what accuracy costs in time on a scene, without ROS.", "accuracy_study");
-  app.footer(kStudyFooter);
-  const double unbounded = HUGE_VAL;
-  app.add_option("--scene", options.scene, "scene file (YAML)")->required();
-  app.add_option("--duration", options.duration, "simulated seconds, > 0")
-      ->required()
-      ->check(between(unbounded, "seconds above 0"));
-  std::vector<std::string> schemes;
-  app.add_option("--schemes", schemes, "names, by commas (default: all)")->delimiter(',');
-  app.add_option("--rates", options.rates,
-                 "Hz, by commas, each a multiple of the lowest (default: from 30 Hz on, doubled)")
-      ->delimiter(',')
-      ->check(between(10000.5, "a rate of at most 10000 Hz"));
-  app.add_option("--tolerances", options.tolerances,
-                 "of Newton's iteration, by commas (default: 1e-2,1e-4,1e-6)")
-      ->delimiter(',')
-      ->check(between(1.0, "a tolerance between 0 and 1"));
-  app.add_option("--accuracies", options.accuracies,
-                 "m, by commas, for solver.accuracy (default: 1e-2,1e-3,1e-4,1e-5)")
-      ->delimiter(',')
-      ->check(between(unbounded, "metres above 0"));
-  app.add_option("--set", options.assignments,
-                 "override one value of the scene, as PATH=VALUE; can be given again")
-      ->allow_extra_args(false);
-  app.add_option("--time-limit", options.time_limit, "seconds for everything (default 300)")
-      ->check(between(unbounded, "seconds above 0"));
-  app.add_option("--output", options.output, "folder, made if missing")->required();
-  bool no_plots = false;
-  app.add_flag("--no-plots", no_plots, "tables only");
-  app.add_flag("--open", options.open, "show the plot when it is done");
-  try {
-    app.parse(static_cast<int>(words.size()), words.data());
-    for (const std::string& word : schemes) {
-      const std::optional<Scheme> scheme = schemeFromName(word);
-      if (!scheme) {
-        std::string known;
-        for (const std::string& one : schemeNames()) known += (known.empty() ? "" : ", ") + one;
-        throw CLI::ValidationError("--schemes", "got " + word + ", expected " + known);
-      }
-      if (std::find(options.schemes.begin(), options.schemes.end(), *scheme) ==
-          options.schemes.end()) {
-        options.schemes.push_back(*scheme);
-      }
-    }
-    std::sort(options.rates.begin(), options.rates.end());
-    for (const double rate : options.rates) {
-      const double share = rate / options.rates.front();
-      if (std::abs(share - std::round(share)) > 1e-9 * share) {
-        throw CLI::ValidationError(
-            "--rates", "got " + std::to_string(rate) + ", expected a multiple of the lowest one");
-      }
-    }
-  } catch (const CLI::Success& help) {
-    std::exit(app.exit(help));
-  } catch (const CLI::ParseError& error) {
-    throw ArgumentError(std::string(error.what()) + " (see accuracy_study --help)");
-  }
+  options.scene = line.value("scene");
+  options.duration =
+      line.numbers("duration", CommandLine::kAboveZero, kLargest, "seconds above 0").front();
+  options.schemes = schemesOf(line);
+  options.rates = ratesOf(line);
+  options.tolerances = line.numbers("tolerances", CommandLine::kAboveZero, std::nextafter(1.0, 0.0),
+                                    "a tolerance between 0 and 1");
+  options.accuracies =
+      line.numbers("accuracies", CommandLine::kAboveZero, kLargest, "meters above 0");
+  options.assignments = line.values("set");
+  const std::vector<double> time_limit =
+      line.numbers("time-limit", CommandLine::kAboveZero, kLargest, "seconds above 0");
+  if (!time_limit.empty()) options.time_limit = time_limit.front();
+  options.output = line.value("output");
+  options.plots = !line.has("no-plots");
+  options.open = line.has("open");
   std::sort(options.tolerances.rbegin(), options.tolerances.rend());
-  options.plots = !no_plots;
   if (options.tolerances.empty()) options.tolerances = {1e-2, 1e-4, 1e-6};
   if (options.accuracies.empty()) options.accuracies = {1e-2, 1e-3, 1e-4, 1e-5};
   return options;

@@ -1,5 +1,3 @@
-#include <CLI/CLI.hpp>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iomanip>
@@ -8,6 +6,7 @@
 
 #include "recorded_run.h"
 #include "replayer.h"
+#include "tools/command_line.h"
 #include "tools/file_error.h"
 
 namespace mass_spring {
@@ -25,27 +24,20 @@ struct Options {
 };
 
 Options readOptions(int argc, char** argv) {
-  Options options;
-  CLI::App app(
+  CommandLine line(
+      "replay",
       "Does a run of mass_spring_node again, out of a recording of its topics ~scene, ~applied "
       "and\n"
       "~state, and compares the states.",
-      "replay");
-  app.footer(kFooter);
-  app.add_option("bag", options.bags,
-                 "the bag, or all those that rosbag record --split has made of one recording")
-      ->required();
-  app.add_option("--node", options.node,
+      kFooter);
+  line.addPositionals("bag",
+                      "the bag, or all those that rosbag record --split has made of one recording");
+  line.addOption("node", "TEXT",
                  "name of the node, e.g. /mass_spring, where several were recorded");
-  app.add_option("--to-timeline", options.timeline,
+  line.addOption("to-timeline", "TEXT",
                  "scene file to write, which does the run since the last reset in simulate");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& help) {
-    std::exit(app.exit(help));
-  } catch (const CLI::ParseError& error) {
-    throw std::runtime_error(std::string(error.what()) + " (see replay --help)");
-  }
+  line.parse(argc, argv);
+  const Options options = {line.values("bag"), line.value("node"), line.value("to-timeline")};
   for (const std::string& bag : options.bags) {
     std::error_code error;
     if (!options.timeline.empty() && std::filesystem::equivalent(bag, options.timeline, error)) {
