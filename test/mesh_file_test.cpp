@@ -106,7 +106,7 @@ TEST(MeshFile, RefusesEachBrokenFile) {
       {"v 0 0 1.5m\n", "3 finite numbers; mesh.obj:1: '1.5m'"},
       // A polygon that crosses itself.
       {"v 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 2 0\nv 0 1 0\nf 1 2 3 4 5\n",
-       "polygons that can be cut into triangles; mesh.obj: others"},
+       "polygons that can be cut into triangles; mesh.obj:6: another one"},
   };
   for (const auto& [content, expected] : rows) EXPECT_EQ(problem(content), expected) << content;
   EXPECT_EQ(problem(v + "v 0 0 0\nf 1 2 3", 3), "at most 3 vertices; mesh.obj:4: more");

@@ -1,7 +1,5 @@
 #include "scene/mesh_file.h"
 
-#include <tiny_obj_loader.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
@@ -10,6 +8,7 @@
 #include <sstream>
 #include <system_error>
 
+#include "scene/polygon.h"
 #include "scene/problems.h"
 #include "scene/scalar.h"
 
@@ -44,9 +43,7 @@ std::string readText(const std::filesystem::path& path) {
   return text.str();
 }
 
-/// The vertices and faces of a file, line by line. tinyobj reads a broken number as 0, leaves
-/// broken faces out, and holds coordinates as floats; so it is only asked to cut polygons, once all
-/// is known to be right.
+/// The vertices and faces of a file, line by line.
 class ObjLines {
  public:
   ObjLines(std::string path, std::size_t most_vertices)
@@ -63,17 +60,29 @@ class ObjLines {
       if (keyword == "f") readFace(words);
     }
     if (vertices_.empty()) fail("a mesh with vertices", path_, "none");
-    if (triangle_count_ == 0) fail("a mesh with faces", path_, "none");
-    if (highest_ > vertices_.size()) {
+    if (faces_.empty()) fail("a mesh with faces", path_, "none");
+    if (highest_ >= vertices_.size()) {
       line_ = highest_line_;
       failHere("faces on vertices 1 to " + std::to_string(vertices_.size()),
-               "vertex " + std::to_string(highest_));
+               "vertex " + std::to_string(highest_ + 1));
     }
   }
 
-  std::vector<Eigen::Vector3d>& vertices() { return vertices_; }
-  /// That the faces make, once polygons have been cut.
-  std::size_t triangleCount() const { return triangle_count_; }
+  /// The vertices, and the faces cut into triangles. Leaves the vertices to the result.
+  MeshFile cut() {
+    MeshFile mesh;
+    for (Face& face : faces_) {
+      line_ = face.line;
+      const std::size_t corners = face.corners.size();
+      const auto triangles = cutPolygon(vertices_, std::move(face.corners));
+      if (triangles.size() + 2 != corners) {
+        failHere("polygons that can be cut into triangles", "another one");
+      }
+      mesh.triangles.insert(mesh.triangles.end(), triangles.begin(), triangles.end());
+    }
+    mesh.vertices = std::move(vertices_);
+    return mesh;
+  }
 
  private:
   [[noreturn]] void failHere(const std::string& expected, const std::string& got) const {
@@ -96,25 +105,27 @@ class ObjLines {
   }
 
   void readFace(std::istringstream& words) {
-    std::vector<std::size_t> corners;
-    for (std::string word; words >> word;) corners.push_back(readCorner(word));
-    if (corners.size() < 3 || corners.size() > kMostCorners) {
+    Face face{line_, {}};
+    for (std::string word; words >> word;) face.corners.push_back(readCorner(word));
+    if (face.corners.size() < 3 || face.corners.size() > kMostCorners) {
       failHere("faces of 3 to " + std::to_string(kMostCorners) + " corners",
-               std::to_string(corners.size()) + " corners");
+               std::to_string(face.corners.size()) + " corners");
     }
-    triangle_count_ += corners.size() - 2;
-    std::sort(corners.begin(), corners.end());
-    const auto twice = std::adjacent_find(corners.begin(), corners.end());
-    if (twice != corners.end()) {
-      failHere("faces of different vertices", "vertex " + std::to_string(*twice) + " twice");
+    std::vector<std::uint32_t> sorted = face.corners;
+    std::sort(sorted.begin(), sorted.end());
+    const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
+    if (twice != sorted.end()) {
+      failHere("faces of different vertices", "vertex " + std::to_string(*twice + 1) + " twice");
     }
-    if (corners.back() <= highest_) return;
-    highest_ = corners.back();  // its vertex may come later in the file
-    highest_line_ = line_;
+    if (sorted.back() > highest_) {
+      highest_ = sorted.back();  // its vertex may come later in the file
+      highest_line_ = line_;
+    }
+    faces_.push_back(std::move(face));
   }
 
-  /// The vertex, counted from 1, of a corner such as 7, 7/1, 7//3 or -1 (the last vertex so far).
-  std::size_t readCorner(const std::string& word) const {
+  /// The vertex of a corner such as 7, 7/1, 7//3 or -1 (the last vertex so far).
+  std::uint32_t readCorner(const std::string& word) const {
     const std::string digits = word.substr(0, word.find('/'));
     const char* end = digits.data() + digits.size();
     std::int64_t index = 0;
@@ -124,13 +135,19 @@ class ObjLines {
         index > static_cast<std::int64_t>(most_vertices_)) {
       failHere("faces of vertex numbers, the first 1", quote(word));
     }
-    return static_cast<std::size_t>(index > 0 ? index : count + index + 1);
+    return static_cast<std::uint32_t>(index > 0 ? index - 1 : count + index);
   }
+
+  struct Face {
+    std::size_t line;
+    std::vector<std::uint32_t> corners;  ///< counted from 0
+  };
 
   std::string path_;
   std::size_t most_vertices_;
-  std::size_t line_ = 0, highest_ = 0, highest_line_ = 0, triangle_count_ = 0;
+  std::size_t line_ = 0, highest_ = 0, highest_line_ = 0;
   std::vector<Eigen::Vector3d> vertices_;
+  std::vector<Face> faces_;
 };
 
 }  // namespace
@@ -139,29 +156,7 @@ MeshFile readMeshFile(const std::filesystem::path& path, std::size_t most_vertic
   const std::string text = readText(path);
   ObjLines lines(path.string(), most_vertices);
   lines.read(text);
-
-  tinyobj::attrib_t attributes;
-  std::vector<tinyobj::shape_t> shapes;
-  std::vector<tinyobj::material_t> materials;
-  std::string warning, error;
-  std::istringstream stream(text);
-  if (!tinyobj::LoadObj(&attributes, &shapes, &materials, &warning, &error, &stream)) {
-    fail("an OBJ file", path.string(), error);
-  }
-  MeshFile mesh;
-  for (const tinyobj::shape_t& shape : shapes) {
-    const auto& indices = shape.mesh.indices;
-    for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
-      mesh.triangles.push_back({static_cast<std::uint32_t>(indices[i].vertex_index),
-                                static_cast<std::uint32_t>(indices[i + 1].vertex_index),
-                                static_cast<std::uint32_t>(indices[i + 2].vertex_index)});
-    }
-  }
-  if (mesh.triangles.size() != lines.triangleCount()) {
-    fail("polygons that can be cut into triangles", path.string(), "others");
-  }
-  mesh.vertices = std::move(lines.vertices());
-  return mesh;
+  return lines.cut();
 }
 
 }  // namespace mass_spring
