@@ -32,7 +32,8 @@ double median(std::vector<double> values) {
 /// share of the thickness. Where springs are slacker than a step could notice, what steps bear.
 double defaultStiffness(const Model& model, Elements elements, double thickness, double rate) {
   const bool surface = elements == Elements::kParticleAndTriangle;
-  std::vector<double> stiffnesses, masses(model.masses.begin(), model.masses.end());
+  std::vector<double> stiffnesses,
+      masses(model.masses.data(), model.masses.data() + model.masses.size());
   for (const Spring& s : model.springs) {
     if (s.kind != SpringKind::kStructural || s.stiffness == 0.0) continue;
     if (model.objectOf(s.i).has_surface != surface) continue;
