@@ -91,12 +91,12 @@ class ObjLines {
 
   void readVertex(std::istringstream& words) {
     Eigen::Vector3d vertex;
-    for (double& coordinate : vertex) {
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
       std::string word;
       words >> word;
       const auto number = parseNumber(word);
       if (!number || !std::isfinite(*number)) failHere("3 finite numbers", quote(word));
-      coordinate = *number;
+      vertex[axis] = *number;
     }
     vertices_.push_back(vertex);
     if (vertices_.size() > most_vertices_) {
