@@ -43,6 +43,9 @@ struct Wrench {
 /// What the particles of each pin exert on whatever holds it, about the origin of its target: all
 /// forces on them, without their own inertia where the pin is accelerated. At rest, the forces of
 /// all pins sum up to the weight.
+/// @param model  of the scene
+/// @param state  at which the forces are taken
+/// @param pins   that hold the particles
 /// @param loads  N per particle, or nullptr
 std::map<std::string, Wrench> pinWrenches(const Model& model, const State& state, const Pins& pins,
                                           const Vectors* loads);

@@ -77,6 +77,7 @@ Model buildModel(const Scene& scene);
 
 /// The model of a scene without some of its springs, and without the triangles that lose an edge
 /// with them. Particles, solver and threads stay.
+/// @param scene  from which the model was built
 /// @param model  of the scene, whole or torn already
 /// @param gone   per spring of that model
 Model withoutSprings(const Scene& scene, const Model& model, const std::vector<char>& gone);

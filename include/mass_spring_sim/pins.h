@@ -24,7 +24,9 @@ class Pins {
   explicit Pins(std::uint32_t particle_count);
 
   /// @param command    validated by the caller, but for what the other pins hold
+  /// @param object     to which the particles belong
   /// @param particles  global, of this one object, not empty
+  /// @param positions  of all particles [m]
   CommandResult add(const PinCommand& command, const ModelObject& object,
                     std::vector<std::uint32_t> particles, const Vectors& positions);
   CommandResult move(const PinCommand& command);

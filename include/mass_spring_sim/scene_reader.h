@@ -9,6 +9,7 @@ namespace mass_spring {
 
 /// Reads and validates a scene: unknown keys are errors (with the nearest known key), every problem
 /// is collected, NaN and infinity are refused everywhere. Loads the mesh files the scene names.
+/// @param tree       as it was read
 /// @param directory  what relative mesh paths are relative to; "" = only package:// and absolute
 /// @throws SceneError with all problems
 Scene readScene(const Tree& tree, const std::string& directory);
