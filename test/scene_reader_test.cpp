@@ -12,7 +12,7 @@ using Lines = std::vector<std::string>;
 Scene read(const Tree& tree) { return readScene(tree, ""); }
 
 template <typename Shape>
-const Shape& shape(const Scene& scene, const std::string& name) {
+const Shape& shape(const Scene& scene, const char* name) {
   for (const Object& object : scene.objects) {
     if (object.name == name) return std::get<Shape>(object.shape);
   }
