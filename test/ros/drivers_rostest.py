@@ -61,8 +61,9 @@ class DriversTest(NodeTest):
         self.addCleanup(driver.kill)
 
         def targets():
-            return [vector(message.pin.target.position)
-                    for message in self.told(node, '/lead_corner', AppliedCommand.PIN)]
+            """Where the pin went in each step: the last of the commands that waited for it."""
+            return list({message.step: vector(message.pin.target.position) for message in
+                         self.told(node, '/lead_corner', AppliedCommand.PIN)}.values())
         wait_until(lambda: len(targets()) > 5, 'the corner is led')
         node.set_paused(True)
         node.wait_paused(True)
