@@ -1,15 +1,15 @@
 #!/usr/bin/python3
 """Leads a pin of a running scene round a circle, such as a corner of the cloth:
 
-  roslaunch mass_spring_sim cloth.launch
+  roslaunch mass_spring_sim simulate.launch scene:=cloth
   rosrun mass_spring_sim lead_corner.py _radius:=0.2 _period:=4.0
 
 The circle is vertical, begins where the pin is and passes on the side of the object's middle, so
 that it slackens the object rather than stretches it. A pin that the scene does not have is added, and
-removed at the end.
+removed at the end. While the simulation is paused, the pin stays where it is.
 
 Parameters (private)
-  node      name of the simulation's node                               /mass_spring
+  node      name of the simulation's node                               mass_spring
   pin       name of the pin                                             right_corner
   object    of a pin to be added; "" = the only object                  ""
   particle  of a pin to be added, of that object; -1 = the last one     -1
@@ -26,7 +26,7 @@ import rospy
 import yaml
 from geometry_msgs.msg import Pose
 from mass_spring_sim.msg import ParticleStates, PinCommand, RejectedCommand, Topology
-from std_msgs.msg import String
+from std_msgs.msg import Bool, String
 
 
 class Refused(Exception):
@@ -34,7 +34,8 @@ class Refused(Exception):
 
 
 class Scene:
-    """What is needed of a running scene: its pins, objects and where the particles are."""
+    """A running scene: its pins, its objects, the places of the particles at first, and whether it
+    is paused."""
 
     def __init__(self, node):
         rospy.loginfo("waiting for a simulation that runs at %s", node)
@@ -42,6 +43,11 @@ class Scene:
         self.pins = self.pins or {}
         self.topology = rospy.wait_for_message(node + "/topology", Topology)
         self.positions = rospy.wait_for_message(node + "/state", ParticleStates).positions
+        self.paused = rospy.wait_for_message(node + "/paused", Bool).data
+        rospy.Subscriber(node + "/paused", Bool, self.take_paused)
+
+    def take_paused(self, message):
+        self.paused = message.data
 
     def object_range(self, name):
         """Name, first particle and particle count of an object; "" = the only one."""
@@ -85,7 +91,7 @@ def warn(rejected):
 
 def main():
     rospy.init_node("lead_corner")
-    node = rospy.get_param("~node", "/mass_spring").rstrip("/")
+    node = rospy.resolve_name(rospy.get_param("~node", "mass_spring"))
     name = rospy.get_param("~pin", "right_corner")
     radius, period, rate = number("radius", 0.2), number("period", 4.0), number("rate", 50.0)
     turns = number("turns", 0) or math.inf
@@ -116,13 +122,15 @@ def main():
 
     start = scene.centre(particles)
     middle = scene.centre(range(first, first + count))
-    begin = rospy.get_time()
     rospy.loginfo("leading %s; end with Ctrl-C", name)
-    ticks = rospy.Rate(rate, reset=True)  # of simulated time: stands still while that is paused
-    turn = 0.0
+    ticks = rospy.Rate(rate, reset=True)
+    turn, now = 0.0, rospy.get_time()
     while turn < turns:
         ticks.sleep()
-        turn = min((rospy.get_time() - begin) / period, turns)
+        before, now = now, rospy.get_time()
+        if scene.paused:
+            continue
+        turn = min(turn + (now - before) / period, turns)
         command = PinCommand(action=PinCommand.MOVE, name=name, target=Pose())
         target = command.target.position
         target.x, target.y, target.z = circle(start, middle, radius, turn)

@@ -148,7 +148,8 @@ def measure(environment, length):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument('--node', default='/mass_spring', help='default: %(default)s')
+    parser.add_argument('--node', default='mass_spring',
+                        help='name of the simulation; default: %(default)s')
     parser.add_argument('--episodes', type=int, default=3)
     parser.add_argument('--steps', type=int, default=1000, help='of an episode')
     parser.add_argument('--seed', type=int, default=0)
@@ -157,7 +158,7 @@ def main():
     arguments = parser.parse_args(rospy.myargv()[1:])
     random.seed(arguments.seed)
     rospy.init_node('lock_step', anonymous=True)
-    environment = Environment(arguments.node)
+    environment = Environment(rospy.resolve_name(arguments.node))
     if arguments.measure:
         measure(environment, arguments.steps)
     else:

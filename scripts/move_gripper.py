@@ -9,7 +9,7 @@ Shapes of contact follow the fingers, and the pin that takes the corner follows 
 robot, the frames come from its drivers, and only what Hand does is left.
 
 Parameters (private)
-  node      name of the simulation's node                               /mass_spring
+  node      name of the simulation's node                               mass_spring
   object    to be grasped                                               cloth
   particle  of that object, to be grasped; what is near goes with it    19
   radius    m: so near to it                                            0.025
@@ -182,7 +182,7 @@ def plus(a, b):
 
 def main():
     rospy.init_node('move_gripper')
-    node = rospy.get_param('~node', '/mass_spring').rstrip('/')
+    node = rospy.resolve_name(rospy.get_param('~node', 'mass_spring'))
     name, particle = rospy.get_param('~object', 'cloth'), rospy.get_param('~particle', 19)
     radius, above = rospy.get_param('~radius', 0.025), rospy.get_param('~above', [-0.1, 0.0, 1.05])
     shakes = rospy.get_param('~shakes', 4)

@@ -4,7 +4,8 @@
 usage: plot_stats.py [--node NAME] [--bag FILE] [--output FILE.png]
                      [--seconds S] [--window S] [--patience S]
 
-Listens to a running node, or reads a bag with its ~stats; shows the plot in a window, or writes it to
+Listens to a running node (default: mass_spring, in the namespace in which this runs), or reads a bag
+with the ~stats of a node (default: the only node in it); shows the plot in a window, or writes it to
 a file, which needs no display. Where another scheme takes over, a line with its name is drawn; a step
 that was redone by another scheme is none.
 Ends with status 1 if there is nothing to plot.
@@ -126,23 +127,31 @@ def save(figure, messages, file):
     print('%d messages plotted in %s' % (len(messages), file))
 
 
-def read_bag(file, topic):
+def read_bag(file, node):
+    """@param node: name; None = the only one"""
     history = History()
     try:
         with rosbag.Bag(file) as bag:
-            for _, message, _ in bag.read_messages(topic):
+            nodes = [name[:-len('/stats')]
+                     for name, info in bag.get_type_and_topic_info().topics.items()
+                     if info.msg_type == SolverStats._type and info.message_count > 0 and
+                     name.endswith('/stats')]
+            if not nodes:
+                sys.exit('%s: there are no statistics to plot: expected a topic NODE/stats' % file)
+            if node is None and len(nodes) > 1:
+                sys.exit('%s: several nodes were recorded, choose one by --node: %s' %
+                         (file, ', '.join(sorted(nodes))))
+            if node is not None and node not in nodes:
+                sys.exit('%s: --node: got %s, expected one of those recorded: %s' %
+                         (file, node, ', '.join(sorted(nodes))))
+            for _, message, _ in bag.read_messages((node or nodes[0]) + '/stats'):
                 history.add(message)
-            topics = [name for name in bag.get_type_and_topic_info().topics
-                      if name.endswith('/stats')]
     except (OSError, rosbag.ROSBagException) as problem:
         sys.exit('%s: %s' % (file, problem))
-    if not history.messages():
-        sys.exit('%s: nothing on %s; with --node, there is: %s' %
-                 (file, topic, ' '.join(topics) or 'none'))
     return history.messages()
 
 
-def listen(topic, seconds, patience, history, wait):
+def listen(node, seconds, patience, history, wait):
     """Fills the history until there was something to hear for `seconds`, Ctrl-C, or wait() is False.
 
     @param wait: called over and over; returns after a while
@@ -154,6 +163,7 @@ def listen(topic, seconds, patience, history, wait):
             sys.exit('no ROS master for %g s' % patience)
         time.sleep(0.1)
     rospy.init_node('plot_stats', anonymous=True)
+    topic = rospy.resolve_name(node) + '/stats'
     subscriber = rospy.Subscriber(topic, SolverStats, history.add)
     heard = None
     while not rospy.is_shutdown() and wait():
@@ -168,7 +178,7 @@ def listen(topic, seconds, patience, history, wait):
     subscriber.unregister()
 
 
-def show_live(figure, topic, seconds, patience, window):
+def show_live(figure, node, seconds, patience, window):
     history = History(window)
     pyplot.show(block=False)
 
@@ -179,12 +189,13 @@ def show_live(figure, topic, seconds, patience, window):
             figure.canvas.draw_idle()
         figure.canvas.start_event_loop(REFRESH_PERIOD)
         return pyplot.fignum_exists(figure.number)
-    listen(topic, seconds, patience, history, redraw)
+    listen(node, seconds, patience, history, redraw)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument('--node', default='/mass_spring', help='default: %(default)s')
+    parser.add_argument('--node', help='name of the simulation; default: mass_spring, or the only one '
+                        'in the bag')
     parser.add_argument('--bag', metavar='FILE', help='read a bag instead of listening')
     parser.add_argument('--output', metavar='FILE.png', help='write a file, show no window')
     parser.add_argument('--seconds', type=float, default=math.inf,
@@ -194,7 +205,7 @@ def main():
     parser.add_argument('--patience', type=float, default=60.0,
                         help='s of wall time to wait for the node; default: %(default)s')
     args = parser.parse_args(rospy.myargv()[1:])
-    topic = '/' + args.node.strip('/') + '/stats'
+    node = args.node or 'mass_spring'
     if args.output:
         matplotlib.use('Agg')
     elif pyplot.get_backend().lower() == 'agg':
@@ -206,7 +217,7 @@ def main():
                      ' '.join('.' + extension for extension in sorted(extensions)))
 
     if args.bag:
-        messages = read_bag(args.bag, topic)
+        messages = read_bag(args.bag, args.node and '/' + args.node.strip('/'))
         if args.output:
             save(figure, messages, args.output)
         else:
@@ -218,10 +229,10 @@ def main():
         def wait():
             time.sleep(0.05)
             return True
-        listen(topic, args.seconds, args.patience, history, wait)
+        listen(node, args.seconds, args.patience, history, wait)
         save(figure, history.messages(), args.output)
     else:
-        show_live(figure, topic, args.seconds, args.patience, args.window)
+        show_live(figure, node, args.seconds, args.patience, args.window)
 
 
 if __name__ == '__main__':

@@ -76,7 +76,8 @@ def watch(watcher, seconds, patience):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument('--node', default='/mass_spring', help='default: %(default)s')
+    parser.add_argument('--node', default='mass_spring',
+                        help='name of the simulation; default: %(default)s')
     parser.add_argument('--seconds', type=float, default=float('inf'), help='s of wall time')
     parser.add_argument('--patience', type=float, default=60.0, help='s of wall time')
     args = parser.parse_args(rospy.myargv()[1:])
@@ -87,7 +88,7 @@ def main():
             sys.exit('no ROS master for %g s' % args.patience)
         time.sleep(0.1)
     rospy.init_node('show_status', anonymous=True)
-    status = watch(Watcher(args.node), args.seconds, args.patience)
+    status = watch(Watcher(rospy.resolve_name(args.node)), args.seconds, args.patience)
     if sys.stdout.isatty():
         print()
     return status

@@ -13,13 +13,14 @@ import time
 
 import rospy
 from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion, Vector3
+from rosgraph import names
 from std_msgs.msg import Header
 
 from mass_spring_sim.msg import (AppliedCommand, ForceCommand, ParticleStates, PinCommand,
                                  PinStates, RejectedCommand, ShapeCommand, SolverStats, Topology)
 from mass_spring_sim.srv import GetState
 
-NODE = '/mass_spring'
+NODE = names.ns_join(names.get_ros_namespace(), 'mass_spring')
 COLUMNS, ROWS = 50, 100  # of each object
 PARTICLES = COLUMNS * ROWS
 STATE_INTERVAL = 10      # steps
@@ -40,7 +41,6 @@ class Client:
 
     def __init__(self, name, seed, stop):
         """@param stop: an event of multiprocessing"""
-        self.name = '/' + name
         self.rng = random.Random('%d %s' % (seed, name))
         self.heard = collections.Counter()  # messages, by topic
         self._stop = stop
@@ -52,6 +52,7 @@ class Client:
                          # its answer took
                          'sent_times': array.array('d'), 'latencies': array.array('d')}
         rospy.init_node(name, disable_signals=True)
+        self.name = rospy.get_name()
         self._publishers = {}
 
     def commands(self):

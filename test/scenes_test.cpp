@@ -57,10 +57,6 @@ TEST_P(ShippedScene, RunsAsAskedFor) {
   }
 }
 
-TEST_P(ShippedScene, HasADemo) {
-  EXPECT_TRUE(fs::exists(kSource / "launch" / (GetParam() + ".launch")));
-}
-
 INSTANTIATE_TEST_SUITE_P(All, ShippedScene, testing::ValuesIn(shippedNames()),
                          [](const auto& scene) { return scene.param; });
 

@@ -1,13 +1,13 @@
 // Lets the mouse drag particles in RViz: with the tool Interact, take hold of an object anywhere.
 //
-//   roslaunch mass_spring_sim cloth.launch drag:=true
+//   roslaunch mass_spring_sim simulate.launch scene:=cloth drag:=true
 //
 // The particle nearest to where the mouse takes hold is pinned, follows the mouse in the plane of
 // the screen (with Shift: towards and away from the viewer), and is let go with the mouse button.
 // A particle that a pin holds already stays with that.
 //
 // Parameters (private)
-//   node     name of the simulation's node                                        /mass_spring
+//   node     name of the simulation's node                                        mass_spring
 //   rate     Hz of wall time: how often what the mouse can take hold of follows   5.0
 //   size     m: of it, around each particle; 0 = twice the distance of neighbours 0.0
 //   opacity  of it                                                                0.02
@@ -85,7 +85,7 @@ class DragMarkers {
  public:
   explicit DragMarkers(ros::NodeHandle& nh)
       : nh_(nh),
-        node_(nh.param<std::string>("node", "/mass_spring")),
+        node_(ros::names::resolve(nh.param<std::string>("node", "mass_spring"))),
         size_(nh.param("size", 0.0)),
         opacity_(nh.param("opacity", 0.02)),
         server_(ros::this_node::getName()) {

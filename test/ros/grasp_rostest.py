@@ -13,7 +13,7 @@ from mass_spring_sim.msg import (AppliedCommand, Contacts, ParticleStates, PinCo
                                  SolverStats, Topology)
 from simulated_node import DEADLINE, Recorder, feeds, positions, vector, velocities, wait_until
 
-NODE, GRIPPER = '/mass_spring', '/move_gripper'
+NODE, GRIPPER = '/robot/mass_spring', '/robot/move_gripper'
 GRAVITY = 9.81
 CORNER = 19  # of grasp.yaml, as is what follows
 BENCH_CENTRE, BENCH_SIZE = numpy.array([-0.1, 0.0, 0.2]), numpy.array([0.5, 0.7, 0.4])

@@ -14,7 +14,7 @@ from mass_spring_sim.msg import AppliedCommand, PinCommand
 from mass_spring_sim.srv import GetState
 from simulated_node import DEADLINE, Recorder, feeds, positions, wait_until
 
-NODE = '/mass_spring'
+NODE = '/learner/mass_spring'
 EPISODES, STEPS = 3, 40
 CORNERS = [380, 399]  # of lock_step.yaml
 

@@ -1,20 +1,10 @@
 // Pushes a travelling wave of forces onto one object of a running scene:
 //
-//   roslaunch mass_spring_sim cloth.launch
-//   rosrun mass_spring_sim push_wave _acceleration:=8.0 _wavelength:=0.5
+//   roslaunch mass_spring_sim simulate.launch scene:=cloth
+//   rosrun mass_spring_sim push_wave --seconds 5 _acceleration:=8.0 _wavelength:=0.5
 //
-// Particle i feels the force m_i a sin(2 pi (f t - s_i / wavelength)) along `push`, where s_i is
-// where it was along `travel` when the program started. Each command lasts for a few periods of
-// sending only: when the program ends, so does the wave.
-//
-// Parameters (private)
-//   node          name of the simulation's node           /mass_spring
-//   object        name in the scene; "" = the only one    ""
-//   acceleration  a, m/s^2                                8.0
-//   frequency     f, Hz                                   1.0
-//   wavelength    m                                       0.5
-//   travel, push  directions in the scene's frame         [1, 0, 0], [0, 1, 0]
-//   rate          commands per second                     50.0
+// Each command lasts for a few periods of sending only: when the program ends, so does the wave.
+// kUsage has the options and the parameters.
 
 #include <mass_spring_sim/ForceCommand.h>
 #include <mass_spring_sim/ParticleStates.h>
@@ -25,11 +15,33 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <iostream>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace {
+
+constexpr double kSeconds = 10.0;
+constexpr char kUsage[] = R"(usage: push_wave [--seconds S] [--help] [_PARAMETER:=VALUE]...
+
+Pushes a travelling wave of forces onto one object of a running scene. Particle i feels the force
+m_i a sin(2 pi (f t - s_i / wavelength)) along `push`; s_i is its place along `travel` at the start.
+
+  --seconds S   s of wall time until the wave ends (default: 10)
+  --help        this text
+
+Parameters (private)                                    default
+  node          name of the simulation's node           mass_spring
+  object        name in the scene; "" = the only one    ""
+  acceleration  a, m/s^2                                8.0
+  frequency     f, Hz                                   1.0
+  wavelength    m                                       0.5
+  travel, push  directions in the scene's frame         [1, 0, 0], [0, 1, 0]
+  rate          commands per second                     50.0
+)";
 
 constexpr double kPeriodsPerCommand = 5.0;  // bridges commands that come late
 
@@ -81,12 +93,33 @@ void warn(const mass_spring_sim::RejectedCommand& rejected) {
   ROS_WARN_THROTTLE(1.0, "refused: %s", rejected.message.c_str());
 }
 
-void run(ros::NodeHandle& nh) {
+/// s that the wave is to last, out of the arguments; nothing if they ask for help.
+std::optional<double> readSeconds(int argc, char** argv) {
+  ros::V_string arguments;
+  ros::removeROSArgs(argc, argv, arguments);
+  double seconds = kSeconds;
+  for (std::size_t i = 1; i < arguments.size(); ++i) {
+    if (arguments[i] == "--help" || arguments[i] == "-h") return std::nullopt;
+    if (arguments[i] != "--seconds") {
+      throw std::runtime_error("got " + arguments[i] + ", expected --seconds or --help");
+    }
+    const std::string text = ++i < arguments.size() ? arguments[i] : "nothing";
+    char* end = nullptr;
+    seconds = std::strtod(text.c_str(), &end);
+    if (*end != '\0' || !(seconds > 0.0) || !std::isfinite(seconds)) {
+      throw std::runtime_error("--seconds: got " + text + ", expected a positive number");
+    }
+  }
+  return seconds;
+}
+
+/// @param seconds  s of wall time from the first push to the end
+void run(ros::NodeHandle& nh, double seconds) {
   const Wave wave{positive(nh, "acceleration", 8.0), positive(nh, "frequency", 1.0),
                   positive(nh, "wavelength", 0.5), direction(nh, "travel", {1.0, 0.0, 0.0}),
                   direction(nh, "push", {0.0, 1.0, 0.0})};
   const double rate = positive(nh, "rate", 50.0);
-  const std::string node = parameter<std::string>(nh, "node", "/mass_spring");
+  const std::string node = ros::names::resolve(parameter<std::string>(nh, "node", "mass_spring"));
 
   ROS_INFO("waiting for a simulation that runs at %s", node.c_str());
   const auto topology =
@@ -124,17 +157,33 @@ void run(ros::NodeHandle& nh) {
     }
     publisher.publish(command);
   });
-  ROS_INFO("pushing %s; end with Ctrl-C", command.object.c_str());
+  const ros::WallTimer end = nh.createWallTimer(
+      ros::WallDuration(seconds), [](const ros::WallTimerEvent&) { ros::requestShutdown(); }, true);
+  ROS_INFO("pushing %s along [%g %g %g] with up to %g m/s^2 for %g s; Ctrl-C ends it earlier",
+           command.object.c_str(), wave.push.x(), wave.push.y(), wave.push.z(), wave.acceleration,
+           seconds);
   ros::spin();
+  ROS_INFO("the wave has ended");
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::optional<double> seconds;
+  try {
+    seconds = readSeconds(argc, argv);
+  } catch (const std::runtime_error& error) {
+    std::cerr << "push_wave: " << error.what() << " (see push_wave --help)\n";
+    return 1;
+  }
+  if (!seconds) {
+    std::cout << kUsage;
+    return 0;
+  }
   ros::init(argc, argv, "push_wave");
   ros::NodeHandle nh("~");
   try {
-    run(nh);
+    run(nh, *seconds);
   } catch (const std::runtime_error& error) {
     ROS_FATAL("%s", error.what());
     return 1;
