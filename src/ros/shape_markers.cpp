@@ -1,14 +1,20 @@
 #include "shape_markers.h"
 
+#include "surfaces.h"
+
 namespace mass_spring {
 namespace {
 
 using visualization_msgs::Marker;
 
 constexpr double kPlaneSize = 4.0, kPlaneThickness = 0.002;  // m
+// A plane is as pale as the background, so that everything else stands out from it.
+const std_msgs::ColorRGBA kPlaneColor = toColor({0.86, 0.87, 0.89}, 1.0);
+const std_msgs::ColorRGBA kShapeColor = toColor({0.63, 0.52, 0.42}, 1.0);
 
 /// @param size  m, along the axes of the pose
-Marker marker(int type, const Eigen::Isometry3d& pose, const Eigen::Vector3d& size) {
+Marker marker(int type, const Eigen::Isometry3d& pose, const Eigen::Vector3d& size,
+              const std_msgs::ColorRGBA& color = kShapeColor) {
   Marker marker;
   marker.type = type;
   marker.action = Marker::ADD;
@@ -23,8 +29,7 @@ Marker marker(int type, const Eigen::Isometry3d& pose, const Eigen::Vector3d& si
   marker.scale.x = size.x();
   marker.scale.y = size.y();
   marker.scale.z = size.z();
-  marker.color.r = marker.color.g = marker.color.b = 0.6F;
-  marker.color.a = 1.0F;
+  marker.color = color;
   return marker;
 }
 
@@ -34,7 +39,7 @@ struct Draw {
 
   std::vector<Marker> operator()(const Plane&) const {
     const Eigen::Isometry3d below = pose * Eigen::Translation3d(0.0, 0.0, -0.5 * kPlaneThickness);
-    return {marker(Marker::CUBE, below, {kPlaneSize, kPlaneSize, kPlaneThickness})};
+    return {marker(Marker::CUBE, below, {kPlaneSize, kPlaneSize, kPlaneThickness}, kPlaneColor)};
   }
   std::vector<Marker> operator()(const Sphere& sphere) const {
     return {marker(Marker::SPHERE, pose, Eigen::Vector3d::Constant(2.0 * sphere.radius))};
