@@ -8,7 +8,6 @@ import signal
 import socket
 import subprocess
 import sys
-import tempfile
 import time
 
 import rosgraph
@@ -20,7 +19,7 @@ from mass_spring_sim.msg import ParticleStates
 from mass_spring_sim.srv import Step
 
 NODE = '/mass_spring'
-DEADLINE = 120.0  # s of wall time for each condition
+DEADLINE = 60.0  # s of wall time for each condition
 WINDOW = (1700, 1400)  # pixels, of RViz
 SIZE = '800x600'  # pixels, of a picture
 GIF_SIZE = '480x360'
@@ -38,7 +37,8 @@ def wait_for(condition, what):
         if value:
             return value
         if time.monotonic() > end:
-            sys.exit('take_pictures.py: waited %g s in vain: %s' % (DEADLINE, what))
+            sys.exit('take_pictures.py: waited %g s in vain: %s (logs in build/pictures)'
+                     % (DEADLINE, what))
         time.sleep(0.1)
 
 
@@ -65,7 +65,7 @@ def running(log, *command):
 
 
 def window_of_rviz():
-    """The part of RViz's window that shows the scene: the largest window inside."""
+    """The part of RViz's window that shows the scene: the innermost of the large windows inside."""
     found = output_of('xdotool', 'search', '--onlyvisible', '--name', r'RViz\*?$').split()
     if not found:
         return None
@@ -75,7 +75,8 @@ def window_of_rviz():
     tree = output_of('xwininfo', '-tree', '-id', main).decode()
     inside = [(int(width) * int(height), name) for name, width, height in
               re.findall(r'^ +(0x[0-9a-f]+) .*?(\d+)x(\d+)\+', tree, re.M)]
-    return max(inside)[1] if inside else None
+    large = [(area, name) for area, name in inside if area > WINDOW[0] * WINDOW[1] / 2]
+    return min(large)[1] if large else None
 
 
 def draws(topic):
@@ -188,8 +189,9 @@ def main():
     os.environ['ROS_MASTER_URI'] = 'http://localhost:' + port
     # Without a graphics card; and no window of Qt is scaled.
     os.environ.update(LIBGL_ALWAYS_SOFTWARE='1', QT_SCALE_FACTOR='1')
-    with tempfile.TemporaryDirectory() as folder, \
-            running(os.path.join(folder, 'roscore.log'), 'roscore', '-p', port):
+    folder = os.path.abspath('build/pictures')
+    os.makedirs(folder, exist_ok=True)
+    with running(os.path.join(folder, 'roscore.log'), 'roscore', '-p', port):
         wait_for(rosgraph.is_master_online, 'a master answers')
         rospy.init_node('take_pictures', disable_signals=True)
         for name in names:

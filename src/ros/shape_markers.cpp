@@ -9,8 +9,8 @@ using visualization_msgs::Marker;
 
 constexpr double kPlaneSize = 4.0, kPlaneThickness = 0.002;  // m
 // A plane is as pale as the background, so that everything else stands out from it.
-const std_msgs::ColorRGBA kPlaneColor = toColor({0.86, 0.87, 0.89}, 1.0);
-const std_msgs::ColorRGBA kShapeColor = toColor({0.63, 0.52, 0.42}, 1.0);
+const std_msgs::ColorRGBA kPlaneColor = toColor({0.93, 0.94, 0.96}, 1.0);
+const std_msgs::ColorRGBA kShapeColor = toColor({0.85, 0.72, 0.58}, 1.0);
 
 /// @param size  m, along the axes of the pose
 Marker marker(int type, const Eigen::Isometry3d& pose, const Eigen::Vector3d& size,

@@ -12,8 +12,8 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-/// Shares of the brightness: everywhere, of the main light and of the weaker one. They sum up to 1.
-constexpr double kAmbient = 0.30, kMain = 0.55, kWeak = 0.15;
+/// Shares of the brightness: everywhere, of the main light and of the weaker one.
+constexpr double kAmbient = 0.42, kMain = 0.54, kWeak = 0.25;
 
 }  // namespace
 
