@@ -38,41 +38,44 @@ bool drawn(const Spring& spring, Detail detail) {
   return detail == Detail::kFull || spring.kind == SpringKind::kStructural;
 }
 
+/// A surface whose back can be seen, through nothing else, has a back of its own color.
+bool hasBack(const ModelObject& object, const Triangles& surface) {
+  return object.color.w() == 1.0 && !isClosed(surface);
+}
+
 /// Particles and springs are there unless a surface takes their place.
-bool hasNet(const ModelObject& object, Detail detail) {
-  return detail < Detail::kSurface || !object.has_surface;
+bool hasNet(const Triangles& surface, Detail detail) {
+  return detail < Detail::kSurface || surface.empty();
 }
 
 bool isRope(const ModelObject& object) {
   return object.resolution[0] > 1 && object.resolution[1] == 1 && object.resolution[2] == 1;
 }
 
-/// A surface has a front and a back where the back can be seen through nothing else.
-bool hasBack(const Model& model, const ModelObject& object) {
-  return object.color.w() == 1.0 && !isClosed(model, object);
-}
-
 /// The size of a frame at the most: when all particles are pinned.
-std::size_t frameBytes(const Model& model, Detail detail) {
+/// @param surfaces  one for each object
+std::size_t frameBytes(const Model& model, const std::vector<Triangles>& surfaces, Detail detail) {
   std::size_t bytes = 0;
-  for (const ModelObject& object : model.objects) {
+  for (std::size_t o = 0; o < surfaces.size(); ++o) {
+    const ModelObject& object = model.objects[o];
+    const Triangles& surface = surfaces[o];
     bytes += 4 * kMarkerBytes + object.particle_count * kPointBytes;  // pins
-    if (hasNet(object, detail) || detail == Detail::kPoints) {
+    if (hasNet(surface, detail) || detail == Detail::kPoints) {
       bytes += object.particle_count * kPointBytes;
     }
     if (detail == Detail::kPoints) continue;
-    if (hasNet(object, detail)) {
+    if (hasNet(surface, detail)) {
       const auto first = model.springs.begin() + object.first_spring;
       bytes += std::count_if(first, first + object.spring_count,
                              [&](const Spring& spring) { return drawn(spring, detail); }) *
                2 * (kPointBytes + kColorBytes);
     }
     if (detail == Detail::kSurface) {
-      bytes += object.triangle_count * (3 * kPointBytes + kColorBytes);
+      bytes += surface.size() * (3 * kPointBytes + kColorBytes);
     } else {
-      const std::size_t corners =
-          isRope(object) ? (object.particle_count - 1) * 6 * kTubeSides
-                         : object.triangle_count * 3 * (hasBack(model, object) ? 2 : 1);
+      const std::size_t corners = isRope(object)
+                                      ? (object.particle_count - 1) * 6 * kTubeSides
+                                      : surface.size() * 3 * (hasBack(object, surface) ? 2 : 1);
       bytes += corners * (kPointBytes + kColorBytes);
     }
   }
@@ -80,8 +83,10 @@ std::size_t frameBytes(const Model& model, Detail detail) {
 }
 
 Detail chooseDetail(const Model& model, double rate) {
+  std::vector<Triangles> surfaces;
+  for (const ModelObject& object : model.objects) surfaces.push_back(surfaceOf(model, object));
   for (const Detail detail : {Detail::kFull, Detail::kStructural, Detail::kSurface}) {
-    if (frameBytes(model, detail) * rate <= kBytesPerSecond) return detail;
+    if (frameBytes(model, surfaces, detail) * rate <= kBytesPerSecond) return detail;
   }
   return Detail::kPoints;
 }
@@ -130,19 +135,21 @@ Markers::Look Markers::look(const Scene& scene, const ModelObject& object) const
   const bool tubes = isRope(object) && detail_ < Detail::kSurface;
   look.diameter = tubes ? ropeDiameter(scene.effects, extent) : 0.0;
   look.pin_size = std::max({0.5 * look.spacing, 0.015 * extent, 2.0 * look.diameter});
-  look.back = hasBack(*model_, object) && detail_ < Detail::kSurface;
+  const Triangles surface = surfaceOf(*model_, object);
+  look.back = hasBack(object, surface) && detail_ < Detail::kSurface;
   look.particles = look.net = look.surface = false;
   if (object.color.w() == 0.0) return look;  // invisible: RViz would take it for a mistake
-  look.particles = hasNet(object, detail_) || detail_ == Detail::kPoints;
-  look.net = hasNet(object, detail_) && detail_ != Detail::kPoints;
-  look.surface = (object.triangle_count > 0 || tubes) && detail_ != Detail::kPoints;
-  chooseSprings(object, look);
+  look.particles = hasNet(surface, detail_) || detail_ == Detail::kPoints;
+  look.net = hasNet(surface, detail_) && detail_ != Detail::kPoints;
+  look.surface = (!surface.empty() || tubes) && detail_ != Detail::kPoints;
+  chooseParts(object, look);
   look.net = !look.springs.empty();
   return look;
 }
 
-void Markers::chooseSprings(const ModelObject& object, Look& look) const {
+void Markers::chooseParts(const ModelObject& object, Look& look) const {
   look.springs.clear();
+  if (look.surface) look.triangles = surfaceOf(*model_, object);
   if (!look.net) return;
   for (std::uint32_t s = object.first_spring; s < object.first_spring + object.spring_count; ++s) {
     if (drawn(model_->springs[s], detail_)) look.springs.push_back(s);
@@ -151,7 +158,7 @@ void Markers::chooseSprings(const ModelObject& object, Look& look) const {
 
 void Markers::follow(const Model& model) {
   model_ = &model;
-  for (std::size_t o = 0; o < looks_.size(); ++o) chooseSprings(model.objects[o], looks_[o]);
+  for (std::size_t o = 0; o < looks_.size(); ++o) chooseParts(model.objects[o], looks_[o]);
 }
 
 const visualization_msgs::MarkerArray& Markers::draw(const Vectors& positions,
@@ -241,9 +248,9 @@ void Markers::drawSurface(const ModelObject& object, const Look& look, const Vec
 
 void Markers::drawTriangles(const ModelObject& object, const Look& look, const Vectors& positions,
                             const Vectors& colors, Marker& marker) const {
-  const Vectors normals = vertexNormals(*model_, object, positions);
+  const Vectors normals = vertexNormals(look.triangles, object, positions);
   const double alpha = object.color.w();
-  marker.points.reserve(3 * object.triangle_count * (look.back ? 2 : 1));
+  marker.points.reserve(3 * look.triangles.size() * (look.back ? 2 : 1));
   const auto corner = [&](std::uint32_t particle, double side) {
     const std::uint32_t i = particle - object.first_particle;
     const Eigen::Vector3d normal = side * normals.col(i), front = colors.col(i);
@@ -252,14 +259,15 @@ void Markers::drawTriangles(const ModelObject& object, const Look& look, const V
     marker.points.push_back(toPoint(positions.col(particle) + offset * normal));
     marker.colors.push_back(toColor(lit(side > 0.0 ? front : backColor(front), normal), alpha));
   };
-  for (std::uint32_t t = 0; t < object.triangle_count; ++t) {
-    const auto& triangle = model_->triangles[object.first_triangle + t];
+  for (const auto& triangle : look.triangles) {
     if (detail_ == Detail::kSurface) {
       Eigen::Vector3d color = Eigen::Vector3d::Zero();
       for (const std::uint32_t particle : triangle) {
         const std::uint32_t i = particle - object.first_particle;
         marker.points.push_back(toPoint(positions.col(particle)));
-        color += lit(colors.col(i), normals.col(i)) / 3.0;
+        // Seen from either side: as bright as the side that is lit.
+        const Eigen::Vector3d front = lit(colors.col(i), normals.col(i));
+        color += front.cwiseMax(lit(colors.col(i), -normals.col(i))) / 3.0;
       }
       // RViz takes one color per triangle, a third of the size of one per corner.
       marker.colors.push_back(toColor(color, alpha));

@@ -10,6 +10,7 @@
 #include "mass_spring_sim/model.h"
 #include "mass_spring_sim/scene.h"
 #include "mass_spring_sim/state.h"
+#include "surfaces.h"
 
 namespace mass_spring {
 
@@ -52,12 +53,13 @@ class Markers {
     double diameter;                     ///< m, of a rope drawn as a tube; 0 for all else
     double pin_size;                     ///< m, > 0
     std::vector<std::uint32_t> springs;  ///< those drawn
+    Triangles triangles;                 ///< of the surface
     bool particles, net, surface;        ///< net: springs are drawn, or were
     bool back;                           ///< the surface has a back of its own color
   };
 
   Look look(const Scene& scene, const ModelObject& object) const;
-  void chooseSprings(const ModelObject& object, Look& look) const;
+  void chooseParts(const ModelObject& object, Look& look) const;
   visualization_msgs::Marker& next(const std::string& ns, int type, const ModelObject& object,
                                    const ros::Time& stamp);
   void drawParticles(const ModelObject& object, const Look& look, const Vectors& positions,

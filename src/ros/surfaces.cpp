@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 #include <utility>
 
 namespace mass_spring {
@@ -49,15 +50,59 @@ Eigen::Vector3d backColor(const Eigen::Vector3d& front) {
   return 0.45 * front + 0.55 * Eigen::Vector3d(0.95, 0.93, 0.88);
 }
 
-Vectors vertexNormals(const Model& model, const ModelObject& object, const Vectors& positions) {
+Triangles surfaceOf(const Model& model, const ModelObject& object) {
+  const auto first = model.triangles.begin() + object.first_triangle;
+  Triangles triangles(first, first + object.triangle_count);
+  const auto& size = object.resolution;
+  if (size[0] < 2 || size[1] < 2 || size[2] < 2) return triangles;
+
+  std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
+  for (std::uint32_t s = object.first_spring; s < object.first_spring + object.spring_count; ++s) {
+    const Spring& spring = model.springs[s];
+    if (spring.kind == SpringKind::kStructural) edges.insert(std::minmax(spring.i, spring.j));
+  }
+  // The two faces across each axis, in turns around it: the one with the larger index
+  // counterclockwise if seen from outside.
+  for (int axis = 0; axis < 3; ++axis) {
+    const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+    for (const bool far : {false, true}) {
+      std::array<std::uint32_t, 3> at{};
+      at[axis] = far ? size[axis] - 1 : 0;
+      const auto particle = [&](std::uint32_t du, std::uint32_t dv) {
+        std::array<std::uint32_t, 3> i = at;
+        i[u] += du;
+        i[v] += dv;
+        return object.first_particle + (i[2] * size[1] + i[1]) * size[0] + i[0];
+      };
+      for (at[u] = 0; at[u] + 1 < size[u]; ++at[u]) {
+        for (at[v] = 0; at[v] + 1 < size[v]; ++at[v]) {
+          std::array<std::uint32_t, 4> cell{particle(0, 0), particle(1, 0), particle(1, 1),
+                                            particle(0, 1)};
+          if (!far) std::swap(cell[1], cell[3]);
+          bool whole = true;
+          for (int k = 0; k < 4; ++k) {
+            whole = whole && edges.count(std::minmax(cell[k], cell[(k + 1) % 4])) > 0;
+          }
+          if (!whole) continue;
+          triangles.push_back({cell[0], cell[1], cell[2]});
+          triangles.push_back({cell[0], cell[2], cell[3]});
+        }
+      }
+    }
+  }
+  return triangles;
+}
+
+Vectors vertexNormals(const Triangles& triangles, const ModelObject& object,
+                      const Vectors& positions) {
   Vectors normals = Vectors::Zero(3, object.particle_count);
-  for (std::uint32_t t = 0; t < object.triangle_count; ++t) {
-    const auto& triangle = model.triangles[object.first_triangle + t];
+  for (const auto& triangle : triangles) {
     const Eigen::Vector3d a = positions.col(triangle[0]);
     const Eigen::Vector3d area = Eigen::Vector3d(positions.col(triangle[1]) - a)
                                      .cross(Eigen::Vector3d(positions.col(triangle[2]) - a));
-    for (const std::uint32_t particle : triangle)
+    for (const std::uint32_t particle : triangle) {
       normals.col(particle - object.first_particle) += area;
+    }
   }
   for (std::uint32_t i = 0; i < object.particle_count; ++i) {
     const double length = normals.col(i).norm();
@@ -66,10 +111,9 @@ Vectors vertexNormals(const Model& model, const ModelObject& object, const Vecto
   return normals;
 }
 
-bool isClosed(const Model& model, const ModelObject& object) {
+bool isClosed(const Triangles& triangles) {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> edges, turned;
-  for (std::uint32_t t = 0; t < object.triangle_count; ++t) {
-    const auto& triangle = model.triangles[object.first_triangle + t];
+  for (const auto& triangle : triangles) {
     for (int k = 0; k < 3; ++k) {
       edges.emplace_back(triangle[k], triangle[(k + 1) % 3]);
       turned.emplace_back(triangle[(k + 1) % 3], triangle[k]);

@@ -4,6 +4,7 @@
 #include <std_msgs/ColorRGBA.h>
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -34,14 +35,22 @@ Eigen::Vector3d lit(const Eigen::Vector3d& rgb, const Eigen::Vector3d& normal);
 /// The color of the back of a surface: the one of its front, paler.
 Eigen::Vector3d backColor(const Eigen::Vector3d& front);
 
+using Triangles = std::vector<std::array<std::uint32_t, 3>>;
+
+/// The surface of an object: the triangles of the model or, of a lattice, its outer faces between
+/// structural springs.
+/// @return global particle numbers
+Triangles surfaceOf(const Model& model, const ModelObject& object);
+
 /// Unit normals of the particles of an object, or 0 where there is none; weighted by the areas of
 /// the triangles around the particle.
 /// @return one column for each particle of the object
-Vectors vertexNormals(const Model& model, const ModelObject& object, const Vectors& positions);
+Vectors vertexNormals(const Triangles& triangles, const ModelObject& object,
+                      const Vectors& positions);
 
-/// Whether each edge of the object's triangles lies between two triangles that turn the same way,
-/// so that the back of the surface cannot be seen.
-bool isClosed(const Model& model, const ModelObject& object);
+/// Whether each edge lies between two triangles that turn the same way, so that the back of the
+/// surface cannot be seen.
+bool isClosed(const Triangles& triangles);
 
 /// Triangles of tubes around the structural springs of a rope, which join successive particles.
 /// @param radius   m, > 0

@@ -204,6 +204,45 @@ TEST(Markers, DrawOnlyTheOutsideOfAClosedSurface) {
   EXPECT_EQ(find(array, "skin/surface")->points.size(), 3u * 3674u);  // as the file says
 }
 
+std::string lattice(const std::string& more) {
+  return "block: {type: lattice, size: [1, 1, 1], resolution: [3, 4, 5], mass: 1, stiffness: 100" +
+         more + "}";
+}
+
+TEST(Markers, DrawTheOuterFacesOfALattice) {
+  const Scene scene = sceneOf(lattice(""));
+  const Model model = buildModel(scene);
+  const MarkerArray array = drawStart(scene, 30.0, {});
+  const Marker& surface = *find(array, "block/surface");
+  // Cells of two faces across each axis: 3 x 4, 4 x 2 and 2 x 3. It is closed and hence has no
+  // back.
+  ASSERT_EQ(surface.points.size(), 2u * (12u + 8u + 6u) * 2u * 3u);
+  for (std::size_t i = 0; i < surface.points.size(); i += 3) {
+    const auto at = [&](std::size_t k) {
+      const auto& p = surface.points[i + k];
+      return Eigen::Vector3d(p.x, p.y, p.z);
+    };
+    // Of a box around the origin, each outward normal points away from it.
+    EXPECT_GT((at(1) - at(0)).cross(at(2) - at(0)).dot(at(0) + at(1) + at(2)), 0.0);
+  }
+}
+
+TEST(Markers, LeaveOutTheTornFacesOfALattice) {
+  const Scene scene = sceneOf(lattice(""));
+  const Model model = buildModel(scene);
+  Markers markers(scene, model, 30.0);
+  std::vector<char> gone(model.springs.size(), 0);
+  // The first spring joins particles 0 and 1, along an edge of the block: a cell on either side of
+  // it.
+  ASSERT_EQ(std::make_pair(model.springs[0].i, model.springs[0].j), std::make_pair(0u, 1u));
+  gone[0] = 1;
+  const Model torn = withoutSprings(scene, model, gone);
+  markers.follow(torn);
+  const MarkerArray array =
+      markers.draw(model.start.positions, std::vector<char>(60, 0), ros::Time(), false);
+  EXPECT_EQ(find(array, "block/surface")->points.size(), (2u * (12u + 8u + 6u) - 2u) * 2u * 3u);
+}
+
 TEST(Markers, ShadeFoldsAtEachDetail) {
   const Scene scene = sceneOf(cloth(30));
   const Model model = buildModel(scene);
@@ -313,11 +352,22 @@ effects:
     EXPECT_EQ(std::count_if(array.markers.begin(), array.markers.end(),
                             [](const Marker& m) { return m.ns == "contact/bar"; }),
               3);
-    EXPECT_DOUBLE_EQ(find(array, "contact/table")->scale.y, 0.2);
-    // The slab that stands for a plane lies below it, and is paler than other shapes.
+    const Marker* table = find(array, "contact/table");
+    EXPECT_EQ(table->type, Marker::TRIANGLE_LIST);
+    EXPECT_EQ(table->points.size(), 6u * 2u * 3u);
+    EXPECT_EQ(table->colors.size(), 6u * 2u);
+    for (const auto& corner : table->points) {
+      EXPECT_DOUBLE_EQ(std::abs(corner.x), 0.05);
+      EXPECT_DOUBLE_EQ(std::abs(corner.y), 0.1);
+      EXPECT_DOUBLE_EQ(std::abs(corner.z), 0.15);
+    }
+    // Faces across x, y and z, the far one first: light from above falls on the one across z.
+    EXPECT_GT(brightness(table->colors[8]), brightness(table->colors[10]));
     const Marker* floor = find(array, "contact/floor");
-    EXPECT_GT(floor->color.g, bar->color.g + 0.2F);
-    EXPECT_DOUBLE_EQ(floor->pose.position.z + 0.5 * floor->scale.z, 0.0);
+    EXPECT_EQ(floor->points.size(), 2u * 3u);
+    for (const auto& corner : floor->points) EXPECT_EQ(corner.z, 0.0);
+    // Shapes stand out from it.
+    EXPECT_GT(brightness(floor->colors[0]), 1.05 * brightness(table->colors[8]));
   }
 }
 
