@@ -65,13 +65,12 @@ def running(log, *command):
 
 
 def window_of_rviz():
-    """The part of RViz's window that shows the scene: the innermost of the large windows inside."""
     found = output_of('xdotool', 'search', '--onlyvisible', '--name', r'RViz\*?$').split()
-    if not found:
-        return None
-    main = found[0].decode()
-    subprocess.run(['xdotool', 'windowmove', main, '0', '0', 'windowsize', main,
-                    *map(str, WINDOW)], check=True)
+    return found[0].decode() if found else None
+
+
+def window_of_scene(main):
+    """The part of RViz's window that shows the scene: the innermost of the large windows inside."""
     tree = output_of('xwininfo', '-tree', '-id', main).decode()
     inside = [(int(width) * int(height), name) for name, width, height in
               re.findall(r'^ +(0x[0-9a-f]+) .*?(\d+)x(\d+)\+', tree, re.M)]
@@ -90,10 +89,11 @@ class Camera:
 
     def __init__(self):
         self.last = None
-        wait_for(window_of_rviz, 'RViz opens a window')
+        main = wait_for(window_of_rviz, 'RViz opens a window')
         wait_for(lambda: draws(NODE + '/markers'), 'RViz wants the markers')
-        # It has its size by now.
-        self.window = window_of_rviz()
+        subprocess.run(['xdotool', 'windowmove', main, '0', '0', 'windowsize', main,
+                        *map(str, WINDOW)], check=True)
+        self.window = wait_for(lambda: window_of_scene(main), 'RViz grows')
 
     def take(self, file, size, calm):
         """Waits until RViz has drawn something new and nothing else for a while.

@@ -14,7 +14,7 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 
 /// Shares of the brightness: everywhere, of the main light and of the weaker one.
-constexpr double kAmbient = 0.42, kMain = 0.54, kWeak = 0.25;
+constexpr double kAmbient = 0.45, kMain = 0.65, kWeak = 0.25;
 
 }  // namespace
 
@@ -36,8 +36,8 @@ geometry_msgs::Point toPoint(const Eigen::Vector3d& position) {
 }
 
 Eigen::Vector3d lit(const Eigen::Vector3d& rgb, const Eigen::Vector3d& normal) {
-  static const Eigen::Vector3d kToMain = Eigen::Vector3d(-0.2, -0.7, 0.7).normalized();
-  static const Eigen::Vector3d kToWeak = Eigen::Vector3d(0.9, 0.4, 0.2).normalized();
+  static const Eigen::Vector3d kToMain = Eigen::Vector3d(0.55, -0.25, 0.8).normalized();
+  static const Eigen::Vector3d kToWeak = Eigen::Vector3d(-0.3, 0.9, 0.2).normalized();
   // Half of the cosine is added to a half, so that what is turned away from the light has shades,
   // too.
   const double half = 0.5 + 0.5 * normal.dot(kToMain);
