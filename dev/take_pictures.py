@@ -20,7 +20,7 @@ from mass_spring_sim.srv import Step
 
 NODE = '/mass_spring'
 DEADLINE = 60.0  # s of wall time for each condition
-WINDOW = (1700, 1400)  # pixels, of RViz
+WINDOW = (1300, 1050)  # pixels, of RViz
 SIZE = '800x600'  # pixels, of a picture
 GIF_SIZE = '480x360'
 GIF_SCENE, GIF_SECONDS, GIF_FPS = 'cloth', 3.2, 20

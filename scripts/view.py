@@ -11,6 +11,7 @@ import argparse
 import math
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -54,7 +55,7 @@ def fitting_view(markers):
     @return None if there are no points to be seen
     """
     points = numpy.array([(point.x, point.y, point.z) for marker in markers
-                          for point in marker.points])
+                          if not marker.ns.startswith('contact/') for point in marker.points])
     if len(points) == 0:
         return None
     lowest, highest = points.min(axis=0), points.max(axis=0)
@@ -105,6 +106,15 @@ def broadcast(frame, child):
     return broadcaster
 
 
+def end(process):
+    # RViz leaves the master when it is interrupted, and not when it is terminated.
+    process.send_signal(signal.SIGINT)
+    try:
+        process.wait(5.0)
+    except subprocess.TimeoutExpired:
+        process.kill()
+
+
 def main():
     parser = argparse.ArgumentParser(description='Shows a simulation in RViz.')
     parser.add_argument('--scene', default='', help='name of a scene in config/scenes: its view')
@@ -122,8 +132,12 @@ def main():
         frame = rospy.get_param(node + '/frame_id', 'world')
     keep = broadcast(frame, node[1:] + '_view')  # noqa: F841
     with tempfile.TemporaryDirectory() as folder:
-        file = arguments.rviz_config
-        if file == FROM_SCENE:
+        # Nodes run elsewhere: a relative path means the folder roslaunch was started in.
+        file = os.path.join(os.environ.get('PWD', ''), arguments.rviz_config)
+        if arguments.rviz_config != FROM_SCENE:
+            if not os.path.isfile(file):
+                sys.exit('view.py: rviz_config: there is no file ' + file)
+        else:
             package = rospkg.RosPack().get_path('mass_spring_sim')
             tree = configuration(package, arguments.scene, frame, node)
             name = os.path.splitext(os.path.basename(arguments.scene))[0] or 'scene'
@@ -131,7 +145,7 @@ def main():
             with open(file, 'w') as out:
                 yaml.safe_dump(tree, out)
         rviz = subprocess.Popen(['rviz', '-d', file, '-f', frame])
-        rospy.on_shutdown(rviz.terminate)
+        rospy.on_shutdown(lambda: end(rviz))
         status = rviz.wait()
     return status if status >= 0 else 128 - status
 

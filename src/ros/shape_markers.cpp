@@ -9,7 +9,7 @@ using visualization_msgs::Marker;
 
 constexpr double kPlaneSize = 4.0;  // m
 // A plane is nearly as pale as the background, so that everything else stands out from it.
-const Eigen::Vector3d kPlaneColor(0.92, 0.94, 0.96), kShapeColor(0.85, 0.72, 0.58);
+const Eigen::Vector3d kPlaneColor(0.84, 0.86, 0.89), kShapeColor(0.85, 0.72, 0.58);
 
 /// @param size  m, along the axes of the pose
 Marker marker(int type, const Eigen::Isometry3d& pose, const Eigen::Vector3d& size) {
