@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "mass_spring_sim/measures.h"
+#include "surfaces.h"
 
 namespace mass_spring {
 
@@ -13,7 +14,7 @@ namespace {
 using visualization_msgs::Marker;
 
 constexpr double kBytesPerSecond = 60e6;
-constexpr std::size_t kMarkerBytes = 250;  // all but points and colours, generously
+constexpr std::size_t kMarkerBytes = 250;  // all but points and colors, generously
 constexpr std::size_t kPointBytes = 24;    // 3 float64
 constexpr std::size_t kColorBytes = 16;    // 4 float32
 
@@ -23,75 +24,82 @@ constexpr std::uint32_t kMaxSpheres = 1000;
 // Springs are wholly red (stretched) or blue (compressed) from here on.
 constexpr double kFullStrain = 0.1;
 
-std_msgs::ColorRGBA color(double red, double green, double blue, double alpha) {
-  std_msgs::ColorRGBA color;
-  color.r = static_cast<float>(red);
-  color.g = static_cast<float>(green);
-  color.b = static_cast<float>(blue);
-  color.a = static_cast<float>(alpha);
-  return color;
-}
+const Eigen::Vector3d kGray(0.6, 0.6, 0.6), kPinColor(1.0, 0.6, 0.0);
 
-/// From the colour at rest to red with strain, to blue with compression.
-std_msgs::ColorRGBA strainColor(double strain, const Eigen::Vector4d& at_rest) {
+/// From the color at rest to red with strain, to blue with compression.
+Eigen::Vector3d strainColor(double strain, const Eigen::Vector3d& at_rest) {
   const Eigen::Vector3d end =
       strain > 0.0 ? Eigen::Vector3d(1.0, 0.1, 0.1) : Eigen::Vector3d(0.1, 0.2, 1.0);
   const double t = std::min(std::abs(strain) / kFullStrain, 1.0);
-  const Eigen::Vector3d mixed = (1.0 - t) * at_rest.head<3>() + t * end;
-  return color(mixed.x(), mixed.y(), mixed.z(), at_rest.w());
-}
-
-geometry_msgs::Point point(const Vectors& positions, std::uint32_t particle) {
-  geometry_msgs::Point point;
-  point.x = positions(0, particle);
-  point.y = positions(1, particle);
-  point.z = positions(2, particle);
-  return point;
+  return (1.0 - t) * at_rest + t * end;
 }
 
 bool drawn(const Spring& spring, Detail detail) {
   return detail == Detail::kFull || spring.kind == SpringKind::kStructural;
 }
 
-/// Particles and springs are there unless a surface takes their place.
-bool hasNet(const ModelObject& object, Detail detail) {
-  return detail < Detail::kSurface || !object.has_surface;
+/// A surface whose back can be seen, through nothing else, has a back of its own color.
+bool hasBack(const ModelObject& object, const Triangles& surface) {
+  return object.color.w() == 1.0 && !isClosed(surface);
 }
 
-/// What a frame takes at the most: when all particles are pinned.
-std::size_t frameBytes(const Model& model, Detail detail) {
+/// Particles and springs are there unless a surface takes their place.
+bool hasNet(const Triangles& surface, Detail detail) {
+  return detail < Detail::kSurface || surface.empty();
+}
+
+bool isRope(const ModelObject& object) {
+  return object.resolution[0] > 1 && object.resolution[1] == 1 && object.resolution[2] == 1;
+}
+
+/// The size of a frame at the most: when all particles are pinned.
+/// @param surfaces  one for each object
+std::size_t frameBytes(const Model& model, const std::vector<Triangles>& surfaces, Detail detail) {
   std::size_t bytes = 0;
-  for (const ModelObject& object : model.objects) {
+  for (std::size_t o = 0; o < surfaces.size(); ++o) {
+    const ModelObject& object = model.objects[o];
+    const Triangles& surface = surfaces[o];
     bytes += 4 * kMarkerBytes + object.particle_count * kPointBytes;  // pins
-    if (hasNet(object, detail) || detail == Detail::kPoints) {
+    if (hasNet(surface, detail) || detail == Detail::kPoints) {
       bytes += object.particle_count * kPointBytes;
     }
     if (detail == Detail::kPoints) continue;
-    if (hasNet(object, detail)) {
+    if (hasNet(surface, detail)) {
       const auto first = model.springs.begin() + object.first_spring;
       bytes += std::count_if(first, first + object.spring_count,
                              [&](const Spring& spring) { return drawn(spring, detail); }) *
                2 * (kPointBytes + kColorBytes);
     }
-    if (object.has_surface) {
-      const std::size_t color_bytes = detail == Detail::kSurface ? kColorBytes : 0;
-      bytes += object.triangle_count * (3 * kPointBytes + color_bytes);
+    if (detail == Detail::kSurface) {
+      bytes += surface.size() * (3 * kPointBytes + kColorBytes);
+    } else {
+      const std::size_t corners = isRope(object)
+                                      ? (object.particle_count - 1) * 6 * kTubeSides
+                                      : surface.size() * 3 * (hasBack(object, surface) ? 2 : 1);
+      bytes += corners * (kPointBytes + kColorBytes);
     }
   }
   return bytes;
 }
 
 Detail chooseDetail(const Model& model, double rate) {
+  std::vector<Triangles> surfaces;
+  for (const ModelObject& object : model.objects) surfaces.push_back(surfaceOf(model, object));
   for (const Detail detail : {Detail::kFull, Detail::kStructural, Detail::kSurface}) {
-    if (frameBytes(model, detail) * rate <= kBytesPerSecond) return detail;
+    if (frameBytes(model, surfaces, detail) * rate <= kBytesPerSecond) return detail;
   }
   return Detail::kPoints;
 }
 
-/// Mean length of the structural springs, if there are any, up to a fifth of the object's size.
-double spacing(const Model& model, const ModelObject& object) {
+/// The diagonal of the box around an object at the start, in m.
+double extentOf(const Model& model, const ModelObject& object) {
   const auto start = model.start.positions.middleCols(object.first_particle, object.particle_count);
-  const double extent = (start.rowwise().maxCoeff() - start.rowwise().minCoeff()).norm();
+  return (start.rowwise().maxCoeff() - start.rowwise().minCoeff()).norm();
+}
+
+/// Mean length of the structural springs, if there are any, up to a fifth of the object's size.
+double spacingOf(const Model& model, const ModelObject& object) {
+  const double extent = extentOf(model, object);
   const double largest = extent > 0.0 ? extent / 5.0 : 0.1;
   double sum = 0.0;
   std::size_t count = 0;
@@ -104,50 +112,53 @@ double spacing(const Model& model, const ModelObject& object) {
   return count > 0 ? std::min(sum / count, largest) : largest;
 }
 
-}  // namespace
-
-Markers::Markers(const Model& model, std::string frame_id, double rate)
-    : model_(&model), frame_id_(std::move(frame_id)), detail_(chooseDetail(model, rate)) {
-  for (const ModelObject& object : model.objects) looks_.push_back(look(object));
+/// Of a rope, in m: as far as it keeps off shapes or itself on both sides, and at least so that it
+/// can be seen when all of it is in the picture.
+double ropeDiameter(const EffectOptions& effects, double extent) {
+  double diameter = extent / 120.0;
+  if (effects.contact) diameter = std::max(diameter, 2.0 * effects.contact->thickness);
+  if (effects.self_collision) diameter = std::max(diameter, effects.self_collision->thickness);
+  return diameter;
 }
 
-Markers::Look Markers::look(const ModelObject& object) const {
+}  // namespace
+
+Markers::Markers(const Scene& scene, const Model& model, double rate)
+    : model_(&model), frame_id_(scene.frame_id), detail_(chooseDetail(model, rate)) {
+  for (const ModelObject& object : model.objects) looks_.push_back(look(scene, object));
+}
+
+Markers::Look Markers::look(const Scene& scene, const ModelObject& object) const {
   Look look;
-  look.spacing = spacing(*model_, object);
+  look.spacing = spacingOf(*model_, object);
+  const double extent = extentOf(*model_, object);
+  const bool tubes = isRope(object) && detail_ < Detail::kSurface;
+  look.diameter = tubes ? ropeDiameter(scene.effects, extent) : 0.0;
+  look.pin_size = std::max({0.5 * look.spacing, 0.015 * extent, 2.0 * look.diameter});
+  const Triangles surface = surfaceOf(*model_, object);
+  look.back = hasBack(object, surface) && detail_ < Detail::kSurface;
   look.particles = look.net = look.surface = false;
   if (object.color.w() == 0.0) return look;  // invisible: RViz would take it for a mistake
-  look.particles = hasNet(object, detail_) || detail_ == Detail::kPoints;
-  look.net = hasNet(object, detail_) && detail_ != Detail::kPoints;
-  look.surface = object.triangle_count > 0 && detail_ != Detail::kPoints;
-  chooseSprings(object, look);
+  look.particles = hasNet(surface, detail_) || detail_ == Detail::kPoints;
+  look.net = hasNet(surface, detail_) && detail_ != Detail::kPoints;
+  look.surface = (!surface.empty() || tubes) && detail_ != Detail::kPoints;
+  chooseParts(object, look);
   look.net = !look.springs.empty();
   return look;
 }
 
-void Markers::chooseSprings(const ModelObject& object, Look& look) const {
+void Markers::chooseParts(const ModelObject& object, Look& look) const {
   look.springs.clear();
-  look.edge_lengths.clear();
-  if (look.net) {
-    for (std::uint32_t s = object.first_spring; s < object.first_spring + object.spring_count;
-         ++s) {
-      if (drawn(model_->springs[s], detail_)) look.springs.push_back(s);
-    }
-  }
-  if (look.surface && detail_ == Detail::kSurface) {
-    for (std::uint32_t t = 0; t < object.triangle_count; ++t) {
-      const auto& triangle = model_->triangles[object.first_triangle + t];
-      for (int k = 0; k < 3; ++k) {
-        look.edge_lengths.push_back((model_->start.positions.col(triangle[(k + 1) % 3]) -
-                                     model_->start.positions.col(triangle[k]))
-                                        .norm());
-      }
-    }
+  if (look.surface) look.triangles = surfaceOf(*model_, object);
+  if (!look.net) return;
+  for (std::uint32_t s = object.first_spring; s < object.first_spring + object.spring_count; ++s) {
+    if (drawn(model_->springs[s], detail_)) look.springs.push_back(s);
   }
 }
 
 void Markers::follow(const Model& model) {
   model_ = &model;
-  for (std::size_t o = 0; o < looks_.size(); ++o) chooseSprings(model.objects[o], looks_[o]);
+  for (std::size_t o = 0; o < looks_.size(); ++o) chooseParts(model.objects[o], looks_[o]);
 }
 
 const visualization_msgs::MarkerArray& Markers::draw(const Vectors& positions,
@@ -187,7 +198,7 @@ visualization_msgs::Marker& Markers::next(const std::string& ns, int type,
   marker.type = type;
   marker.action = Marker::ADD;
   marker.pose.orientation.w = 1.0;
-  marker.color = color(object.color.x(), object.color.y(), object.color.z(), object.color.w());
+  marker.color = toColor(object.color.head<3>(), object.color.w());
   marker.points.clear();
   marker.colors.clear();
   return marker;
@@ -200,7 +211,7 @@ void Markers::drawParticles(const ModelObject& object, const Look& look, const V
   marker.scale.x = marker.scale.y = marker.scale.z = 0.3 * look.spacing;
   marker.points.reserve(object.particle_count);
   for (std::uint32_t i = 0; i < object.particle_count; ++i) {
-    marker.points.push_back(point(positions, object.first_particle + i));
+    marker.points.push_back(toPoint(positions.col(object.first_particle + i)));
   }
 }
 
@@ -211,12 +222,12 @@ void Markers::drawSprings(const ModelObject& object, const Look& look, const Vec
   marker.scale.y = marker.scale.z = 0.0;
   marker.points.reserve(2 * look.springs.size());
   marker.colors.reserve(2 * look.springs.size());
-  const Eigen::Vector4d grey(0.6, 0.6, 0.6, object.color.w());
   for (const std::uint32_t s : look.springs) {
     const Spring& spring = model_->springs[s];
-    marker.points.push_back(point(positions, spring.i));
-    marker.points.push_back(point(positions, spring.j));
-    marker.colors.insert(marker.colors.end(), 2, strainColor(strain(spring, positions), grey));
+    marker.points.push_back(toPoint(positions.col(spring.i)));
+    marker.points.push_back(toPoint(positions.col(spring.j)));
+    const Eigen::Vector3d color = strainColor(strain(spring, positions), kGray);
+    marker.colors.insert(marker.colors.end(), 2, toColor(color, object.color.w()));
   }
   if (marker.points.empty()) marker.action = Marker::DELETE;
 }
@@ -225,35 +236,76 @@ void Markers::drawSurface(const ModelObject& object, const Look& look, const Vec
                           const ros::Time& stamp) {
   Marker& marker = next("surface", Marker::TRIANGLE_LIST, object, stamp);
   marker.scale.x = marker.scale.y = marker.scale.z = 1.0;
-  marker.points.reserve(3 * object.triangle_count);
-  for (std::uint32_t t = 0; t < object.triangle_count; ++t) {
-    const auto& triangle = model_->triangles[object.first_triangle + t];
-    for (const std::uint32_t particle : triangle)
-      marker.points.push_back(point(positions, particle));
-    if (look.edge_lengths.empty()) continue;
-    double largest = 0.0;  // in magnitude, of the three edges
-    for (int k = 0; k < 3; ++k) {
-      const double start = look.edge_lengths[3 * t + k];
-      if (start == 0.0) continue;
-      const double length =
-          (positions.col(triangle[(k + 1) % 3]) - positions.col(triangle[k])).norm();
-      const double strain = length / start - 1.0;
-      if (std::abs(strain) > std::abs(largest)) largest = strain;
-    }
-    // RViz takes one colour per triangle, a third of what one per corner would cost.
-    marker.colors.push_back(strainColor(largest, object.color));
+  const Vectors colors = particleColors(object, positions);
+  if (look.diameter > 0.0) {
+    appendTubes(*model_, object, 0.5 * look.diameter, positions, colors, marker.points,
+                marker.colors);
+  } else {
+    drawTriangles(object, look, positions, colors, marker);
   }
   if (marker.points.empty()) marker.action = Marker::DELETE;
+}
+
+void Markers::drawTriangles(const ModelObject& object, const Look& look, const Vectors& positions,
+                            const Vectors& colors, Marker& marker) const {
+  const Vectors normals = vertexNormals(look.triangles, object, positions);
+  const double alpha = object.color.w();
+  marker.points.reserve(3 * look.triangles.size() * (look.back ? 2 : 1));
+  const auto corner = [&](std::uint32_t particle, double side) {
+    const std::uint32_t i = particle - object.first_particle;
+    const Eigen::Vector3d normal = side * normals.col(i), front = colors.col(i);
+    // Both sides at the same depth would flicker.
+    const double offset = look.back ? 0.02 * look.spacing : 0.0;
+    marker.points.push_back(toPoint(positions.col(particle) + offset * normal));
+    marker.colors.push_back(toColor(lit(side > 0.0 ? front : backColor(front), normal), alpha));
+  };
+  for (const auto& triangle : look.triangles) {
+    if (detail_ == Detail::kSurface) {
+      Eigen::Vector3d color = Eigen::Vector3d::Zero();
+      for (const std::uint32_t particle : triangle) {
+        const std::uint32_t i = particle - object.first_particle;
+        marker.points.push_back(toPoint(positions.col(particle)));
+        // Seen from either side: as bright as the side that is lit.
+        const Eigen::Vector3d front = lit(colors.col(i), normals.col(i));
+        color += front.cwiseMax(lit(colors.col(i), -normals.col(i))) / 3.0;
+      }
+      // RViz takes one color per triangle, a third of the size of one per corner.
+      marker.colors.push_back(toColor(color, alpha));
+      continue;
+    }
+    for (const std::uint32_t particle : triangle) corner(particle, 1.0);
+    if (!look.back) continue;
+    for (const int k : {0, 2, 1}) corner(triangle[k], -1.0);
+  }
+}
+
+Vectors Markers::particleColors(const ModelObject& object, const Vectors& positions) const {
+  Eigen::VectorXd strains = Eigen::VectorXd::Zero(object.particle_count);
+  Eigen::VectorXd counts = Eigen::VectorXd::Zero(object.particle_count);
+  for (std::uint32_t s = object.first_spring; s < object.first_spring + object.spring_count; ++s) {
+    const Spring& spring = model_->springs[s];
+    if (spring.kind != SpringKind::kStructural) continue;
+    const double value = strain(spring, positions);
+    for (const std::uint32_t end : {spring.i, spring.j}) {
+      strains[end - object.first_particle] += value;
+      ++counts[end - object.first_particle];
+    }
+  }
+  Vectors colors(3, object.particle_count);
+  for (std::uint32_t i = 0; i < object.particle_count; ++i) {
+    colors.col(i) = strainColor(strains[i] / std::max(counts[i], 1.0), object.color.head<3>());
+  }
+  return colors;
 }
 
 void Markers::drawPins(const ModelObject& object, const Look& look, const Vectors& positions,
                        const std::vector<char>& pinned, const ros::Time& stamp) {
   Marker& marker = next("pins", Marker::SPHERE_LIST, object, stamp);
-  marker.scale.x = marker.scale.y = marker.scale.z = 0.5 * look.spacing;
-  marker.color = color(1.0, 0.6, 0.0, 1.0);
+  marker.scale.x = marker.scale.y = marker.scale.z = look.pin_size;
+  marker.color = toColor(kPinColor, 1.0);
   for (std::uint32_t i = 0; i < object.particle_count; ++i) {
     const std::uint32_t particle = object.first_particle + i;
-    if (pinned[particle]) marker.points.push_back(point(positions, particle));
+    if (pinned[particle]) marker.points.push_back(toPoint(positions.col(particle)));
   }
   marker.action = marker.points.empty() ? Marker::DELETE : Marker::ADD;
 }

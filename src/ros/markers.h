@@ -8,24 +8,30 @@
 #include <vector>
 
 #include "mass_spring_sim/model.h"
+#include "mass_spring_sim/scene.h"
 #include "mass_spring_sim/state.h"
+#include "surfaces.h"
 
 namespace mass_spring {
 
 /// How much of a scene the markers show: as much as 60 MB/s at the asked rate can carry.
 enum class Detail {
-  kFull,        ///< particles, all springs coloured by strain, surfaces
-  kStructural,  ///< particles, structural springs coloured by strain, surfaces
-  kSurface,  ///< surfaces coloured by strain instead of particles and springs; the rest as before
-  kPoints,   ///< particles
+  kFull,        ///< particles, all springs, surfaces with a front and a back
+  kStructural,  ///< the same with structural springs alone
+  kSurface,     ///< surfaces instead of particles and springs, with one color for both sides of a
+                ///< triangle; a rope has particles and structural springs instead of its tube
+  kPoints,      ///< particles
 };
 
 /// Draws a model: at most four markers per object, NAME/particles, NAME/springs, NAME/surface and
-/// NAME/pins, each of id 0. What there is nothing of is deleted, as RViz dislikes empty lists.
+/// NAME/pins, each of id 0. An empty marker is deleted, as RViz dislikes empty lists. The surface
+/// of a rope is a tube. Springs and surfaces turn red where they are stretched and blue where they
+/// are compressed. All colors are in [0, 1].
 class Markers {
  public:
-  /// @param rate  Hz of wall time at which markers will be published at the most
-  Markers(const Model& model, std::string frame_id, double rate);
+  /// @param model  of that scene; must outlive this, or the next call of follow()
+  /// @param rate   Hz of wall time at which markers will be published at the most
+  Markers(const Scene& scene, const Model& model, double rate);
 
   Detail detail() const { return detail_; }
   /// Springs and triangles are from now on those of another model of the same objects, torn or
@@ -43,14 +49,17 @@ class Markers {
 
  private:
   struct Look {
-    double spacing;                      ///< m between neighbours, > 0
+    double spacing;                      ///< m between neighbors, > 0
+    double diameter;                     ///< m, of a rope drawn as a tube; 0 for all else
+    double pin_size;                     ///< m, > 0
     std::vector<std::uint32_t> springs;  ///< those drawn
-    std::vector<double> edge_lengths;    ///< m at the start, 3 per triangle, if faces show strain
+    Triangles triangles;                 ///< of the surface
     bool particles, net, surface;        ///< net: springs are drawn, or were
+    bool back;                           ///< the surface has a back of its own color
   };
 
-  Look look(const ModelObject& object) const;
-  void chooseSprings(const ModelObject& object, Look& look) const;
+  Look look(const Scene& scene, const ModelObject& object) const;
+  void chooseParts(const ModelObject& object, Look& look) const;
   visualization_msgs::Marker& next(const std::string& ns, int type, const ModelObject& object,
                                    const ros::Time& stamp);
   void drawParticles(const ModelObject& object, const Look& look, const Vectors& positions,
@@ -59,6 +68,10 @@ class Markers {
                    const ros::Time& stamp);
   void drawSurface(const ModelObject& object, const Look& look, const Vectors& positions,
                    const ros::Time& stamp);
+  void drawTriangles(const ModelObject& object, const Look& look, const Vectors& positions,
+                     const Vectors& colors, visualization_msgs::Marker& marker) const;
+  /// By the mean strain of the structural springs of each particle of an object, in full light.
+  Vectors particleColors(const ModelObject& object, const Vectors& positions) const;
   void drawPins(const ModelObject& object, const Look& look, const Vectors& positions,
                 const std::vector<char>& pinned, const ros::Time& stamp);
 

@@ -312,7 +312,7 @@ void Publishers::publishMarkers(const Snapshot& snapshot) {
   start_over = start_over || drawn_.lock() != snapshot.simulation;
   if (start_over) {
     drawn_ = snapshot.simulation;
-    markers_.emplace(*snapshot.model, frame_id_, markersPerWallSecond(simulation.scene()));
+    markers_.emplace(simulation.scene(), *snapshot.model, markersPerWallSecond(simulation.scene()));
   } else if (drawn_model_.lock() != snapshot.model) {
     markers_->follow(*snapshot.model);
   }

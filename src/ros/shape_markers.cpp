@@ -1,11 +1,15 @@
 #include "shape_markers.h"
 
+#include "surfaces.h"
+
 namespace mass_spring {
 namespace {
 
 using visualization_msgs::Marker;
 
-constexpr double kPlaneSize = 4.0, kPlaneThickness = 0.002;  // m
+constexpr double kPlaneSize = 4.0;  // m
+// A plane is nearly as pale as the background, so that everything else stands out from it.
+const Eigen::Vector3d kPlaneColor(0.84, 0.86, 0.89), kShapeColor(0.85, 0.72, 0.58);
 
 /// @param size  m, along the axes of the pose
 Marker marker(int type, const Eigen::Isometry3d& pose, const Eigen::Vector3d& size) {
@@ -23,9 +27,22 @@ Marker marker(int type, const Eigen::Isometry3d& pose, const Eigen::Vector3d& si
   marker.scale.x = size.x();
   marker.scale.y = size.y();
   marker.scale.z = size.z();
-  marker.color.r = marker.color.g = marker.color.b = 0.6F;
-  marker.color.a = 1.0F;
+  marker.color = toColor(kShapeColor, 1.0);
   return marker;
+}
+
+/// The rectangle with this center and these edges, in the light of surfaces: RViz's own light comes
+/// from the camera and leaves level faces dark.
+void appendRectangle(const Eigen::Isometry3d& pose, const Eigen::Vector3d& center,
+                     const Eigen::Vector3d& u, const Eigen::Vector3d& v,
+                     const Eigen::Vector3d& color, Marker& out_marker) {
+  for (const auto& corner :
+       {Eigen::Vector2d(-1, -1), Eigen::Vector2d(1, -1), Eigen::Vector2d(1, 1),
+        Eigen::Vector2d(-1, -1), Eigen::Vector2d(1, 1), Eigen::Vector2d(-1, 1)}) {
+    out_marker.points.push_back(toPoint(center + 0.5 * (corner.x() * u + corner.y() * v)));
+  }
+  const Eigen::Vector3d normal = pose.linear() * u.cross(v).normalized();
+  out_marker.colors.insert(out_marker.colors.end(), 2, toColor(lit(color, normal), 1.0));
 }
 
 /// In the frame that Shape gives the geometry.
@@ -33,14 +50,23 @@ struct Draw {
   const Eigen::Isometry3d& pose;
 
   std::vector<Marker> operator()(const Plane&) const {
-    const Eigen::Isometry3d below = pose * Eigen::Translation3d(0.0, 0.0, -0.5 * kPlaneThickness);
-    return {marker(Marker::CUBE, below, {kPlaneSize, kPlaneSize, kPlaneThickness})};
+    Marker square = marker(Marker::TRIANGLE_LIST, pose, Eigen::Vector3d::Ones());
+    appendRectangle(pose, Eigen::Vector3d::Zero(), kPlaneSize * Eigen::Vector3d::UnitX(),
+                    kPlaneSize * Eigen::Vector3d::UnitY(), kPlaneColor, square);
+    return {square};
   }
   std::vector<Marker> operator()(const Sphere& sphere) const {
     return {marker(Marker::SPHERE, pose, Eigen::Vector3d::Constant(2.0 * sphere.radius))};
   }
   std::vector<Marker> operator()(const Box& box) const {
-    return {marker(Marker::CUBE, pose, box.size)};
+    Marker faces = marker(Marker::TRIANGLE_LIST, pose, Eigen::Vector3d::Ones());
+    const Eigen::Matrix3d edges = box.size.asDiagonal();
+    for (int axis = 0; axis < 3; ++axis) {
+      const Eigen::Vector3d u = edges.col((axis + 1) % 3), v = edges.col((axis + 2) % 3);
+      appendRectangle(pose, 0.5 * edges.col(axis), u, v, kShapeColor, faces);
+      appendRectangle(pose, -0.5 * edges.col(axis), v, u, kShapeColor, faces);
+    }
+    return {faces};
   }
   std::vector<Marker> operator()(const Capsule& capsule) const {
     const double length = (capsule.end - capsule.start).norm(), wide = 2.0 * capsule.radius;
