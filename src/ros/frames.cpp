@@ -26,13 +26,16 @@ geometry_msgs::TransformStamped Frames::lookUp(const std::string& frame_id) cons
   } catch (const tf2::LookupException&) {
     // tf2 names the first of the two that it does not know, which is the scene's as long as nothing
     // has come from tf at all.
-    const std::string scene = "the scene's frame \"" + frame_id_ + '"';
+    const std::string frame = "the frame \"" + frame_id + "\"";
+    const std::string scene = "the scene's frame \"" + frame_id_ + "\"";
     if (buffer_._frameExists(frame_id)) {
-      throw tf2::LookupException("tf knows \"" + frame_id + "\", but not " + scene);
+      throw tf2::LookupException("tf knows " + frame + ", but not " + scene);
     }
-    throw tf2::LookupException(buffer_._frameExists(frame_id_)
-                                   ? "tf knows no frame \"" + frame_id + "\", but " + scene
-                                   : "tf knows neither \"" + frame_id + "\" nor " + scene);
+    if (!buffer_._frameExists(frame_id_)) {
+      throw tf2::LookupException("tf knows neither " + frame + " nor " + scene);
+    }
+    throw tf2::LookupException("tf knows no frame \"" + frame_id + "\"; the scene's frame is \"" +
+                               frame_id_ + '"');
   }
 }
 
