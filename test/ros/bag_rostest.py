@@ -17,18 +17,14 @@ from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 
 from mass_spring_sim.msg import (AppliedCommand, ForceCommand, ParticleStates, PinCommand,
                                  SolverStats)
-from simulated_node import DEADLINE, NodeTest, Recorder, feeds, motion, wait_until
+from simulated_node import DEADLINE, TIED, NodeTest, Recorder, feeds, motion, wait_until
 
 PLOT_STATS = roslib.packages.find_node('mass_spring_sim', 'plot_stats.py')[0]
 
 
-def start_rosbag(name, *arguments):
-    return subprocess.Popen([roslib.packages.find_node('rosbag', name)[0]] + list(arguments))
-
-
 def plot_stats(*arguments):
     return subprocess.run([PLOT_STATS] + list(arguments), capture_output=True, timeout=DEADLINE,
-                          text=True)
+                          text=True, **TIED)
 
 
 def wire_format(message):
@@ -44,14 +40,16 @@ class BagTest(NodeTest):
         self.addCleanup(folder.cleanup)
         self.file = os.path.join(folder.name, 'run.bag')
 
+    def start_rosbag(self, name, *arguments):
+        return self.run_beside([roslib.packages.find_node('rosbag', name)[0]] + list(arguments))
+
     def record_run(self):
         """Records commands and 30 steps; returns the node and its states."""
         node = self.start('hanging_cloth.yaml')
         stats = node.record('stats', SolverStats)
         topics = [node.topic(name) for name in ('state', 'topology', 'stats', 'applied', 'force',
                                                 'pin')]
-        recorder = start_rosbag('record', '-O', self.file, '__name:=recorder', *topics)
-        self.addCleanup(recorder.kill)
+        recorder = self.start_rosbag('record', '-O', self.file, '__name:=recorder', *topics)
         wait_until(lambda: all(feeds(node.name, topic, '/recorder') for topic in topics[:4]),
                    'the recorder listens to the node')
         wait_until(lambda: node.command_listeners() == [2, 2, 1],
@@ -104,11 +102,10 @@ class BagTest(NodeTest):
         node, states = self.record_run()
         replayed = Recorder('/replayed/state', ParticleStates)
         applied = Recorder('/replayed/applied', AppliedCommand)
-        player = start_rosbag('play', '--wait-for-subscribers', '--keep-alive', '--bags', self.file,
-                              '--topics', node.topic('state'), node.topic('applied'),
-                              node.topic('state') + ':=/replayed/state',
-                              node.topic('applied') + ':=/replayed/applied')
-        self.addCleanup(player.kill)
+        self.start_rosbag('play', '--wait-for-subscribers', '--keep-alive', '--bags', self.file,
+                          '--topics', node.topic('state'), node.topic('applied'),
+                          node.topic('state') + ':=/replayed/state',
+                          node.topic('applied') + ':=/replayed/applied')
         self.assertEqual(motion(replayed.wait_count(len(states)))[:len(states)], motion(states))
         self.assertEqual([command.step for command in applied.wait_count(4)], [5, 6, 8, 16])
 
