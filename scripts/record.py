@@ -43,8 +43,9 @@ def main():
     else:
         topics = ['%s/%s' % (node, name) for name in TOPICS] + shared
     recorder = roslib.packages.find_node('rosbag', 'record')[0]
-    os.execv(recorder, [recorder, '--output-name', arguments.file] + topics +
-             [argument for argument in sys.argv if names.REMAP in argument])
+    # What it says is to appear in the output of a launch at once, not at its end.
+    os.execvp('stdbuf', ['stdbuf', '--output=L', recorder, '--output-name', arguments.file] + topics +
+              [argument for argument in sys.argv if names.REMAP in argument])
 
 
 if __name__ == '__main__':
