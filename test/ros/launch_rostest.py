@@ -97,9 +97,10 @@ class LaunchTest(unittest.TestCase):
             self.assertNotIn('undocumented', told)
 
     def test_relative_paths_begin_where_roslaunch_was_started(self):
-        shutil.copy(os.path.join(SCENES, 'hanging_cloth.yaml'), os.path.join(self.folder, 'my.yaml'))
+        file = os.path.join(self.folder, 'my.yaml')
+        shutil.copy(os.path.join(SCENES, 'hanging_cloth.yaml'), file)
         launch = self.launch('scene:=my.yaml', 'record:=my.bag')
-        self.assertEqual(rospy.get_param(NODE + '/scene_file'), os.path.join(self.folder, 'my.yaml'))
+        self.assertEqual(rospy.get_param(NODE + '/scene_file'), file)
         wait_until(lambda: feeds(NODE, NODE + '/state', RECORDER), 'the recorder listens')
         wait_until(lambda: 'Recording to' in launch.output(), 'it is told where it is recorded')
         launch.end()
