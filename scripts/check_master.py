@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 """Ends with status 1 and a line that says why, if no simulation can be launched at ROS_MASTER_URI.
 
-A port at which nobody listens is free for a master. Uses nothing of ROS, which need not be installed yet.
+A port at which nobody listens is free for a master. Uses nothing of ROS, which need not be
+installed yet.
 """
 import os
 import posixpath
@@ -37,15 +38,15 @@ def obstacle(uri, node):
     except ValueError:
         valid = False
     if not valid:
-        return ('ROS_MASTER_URI: got %s, expected http://HOST:PORT, such as http://localhost:11311' %
-                uri)
+        return ('ROS_MASTER_URI: got %s, expected http://HOST:PORT, such as '
+                'http://localhost:11311' % uri)
     taken = 'Port %d of %s is taken by a program that is no ROS master: end it, or %s.' % (
         parts.port, parts.hostname, ANOTHER)
     try:
         registered = call(uri, 'lookupNode', node)
         if registered and lives(registered):
-            return ('Another simulation runs at %s as %s: end it, give this one a namespace of its own '
-                    '(ROS_NAMESPACE=left), or %s.' % (uri, node, ANOTHER))
+            return ('Another simulation runs at %s as %s: end it, give this one a namespace of its '
+                    'own (ROS_NAMESPACE=left), or %s.' % (uri, node, ANOTHER))
     except ConnectionRefusedError:
         pass
     except socket.gaierror as problem:
@@ -68,8 +69,8 @@ def main():
     asking.start()
     asking.join(TIMEOUT)
     problem = answers[0] if answers else (
-        'The program at %s does not answer within %g s: it hangs, or it is no ROS master. End it, or %s.' %
-        (uri, TIMEOUT, ANOTHER))
+        'The program at %s does not answer within %g s: it hangs, or it is no ROS master. End it, '
+        'or %s.' % (uri, TIMEOUT, ANOTHER))
     if problem:
         print(problem, file=sys.stderr, flush=True)
         os._exit(1)

@@ -4,9 +4,9 @@
 usage: plot_stats.py [--node NAME] [--bag FILE] [--output FILE.png]
                      [--seconds S] [--window S] [--patience S]
 
-Listens to a running node (default: mass_spring, in the namespace in which this runs), or reads a bag
-with the ~stats of a node (default: the only node in it); shows the plot in a window, or writes it to
-a file, which needs no display. Where another scheme takes over, a line with its name is drawn; a step
+Listens to a running node (default: mass_spring, in the namespace in which this runs), or reads a
+bag with the ~stats of a node (default: the only node in it); shows the plot in a window, or writes
+it to a file, which needs no display. Where another scheme takes over, a line with its name is drawn; a step
 that was redone by another scheme is none.
 Ends with status 1 if there is nothing to plot.
 """
@@ -137,7 +137,7 @@ def read_bag(file, node):
                      if info.msg_type == SolverStats._type and info.message_count > 0 and
                      name.endswith('/stats')]
             if not nodes:
-                sys.exit('%s: there are no statistics to plot: expected a topic NODE/stats' % file)
+                sys.exit('%s: nothing to plot: expected a topic NODE/stats' % file)
             if node is None and len(nodes) > 1:
                 sys.exit('%s: several nodes were recorded, choose one by --node: %s' %
                          (file, ', '.join(sorted(nodes))))
@@ -194,8 +194,8 @@ def show_live(figure, node, seconds, patience, window):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument('--node', help='name of the simulation; default: mass_spring, or the only one '
-                        'in the bag')
+    parser.add_argument('--node', help='name of the simulation; default: mass_spring, or the only '
+                        'one in the bag')
     parser.add_argument('--bag', metavar='FILE', help='read a bag instead of listening')
     parser.add_argument('--output', metavar='FILE.png', help='write a file, show no window')
     parser.add_argument('--seconds', type=float, default=math.inf,

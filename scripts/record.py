@@ -29,7 +29,8 @@ def resolver():
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--node', default='mass_spring', help='default: %(default)s')
-    parser.add_argument('--all', action='store_true', help='all topics of the node, and diagnostics')
+    parser.add_argument('--all', action='store_true',
+                        help='all topics of the node, and diagnostics')
     parser.add_argument('file', metavar='FILE.bag')
     arguments = parser.parse_args(myargv()[1:])
     folder = os.path.dirname(os.path.abspath(arguments.file))
@@ -43,8 +44,9 @@ def main():
     else:
         topics = ['%s/%s' % (node, name) for name in TOPICS] + shared
     recorder = roslib.packages.find_node('rosbag', 'record')[0]
-    os.execv(recorder, [recorder, '--output-name', arguments.file] + topics +
-             [argument for argument in sys.argv if names.REMAP in argument])
+    # What it says is to appear in the output of a launch at once, not at its end.
+    os.execvp('stdbuf', ['stdbuf', '--output=L', recorder, '--output-name', arguments.file] +
+              topics + [argument for argument in sys.argv if names.REMAP in argument])
 
 
 if __name__ == '__main__':

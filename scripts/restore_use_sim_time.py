@@ -3,9 +3,9 @@
 
 usage: restore_use_sim_time.py [--look]
 
---look prints true, false or unset: what /use_sim_time is on the master. Without it, waits for SIGINT or
-SIGTERM; then, if the private parameter ~found is false or unset and nobody has changed /use_sim_time
-since, makes it so again. simulate.launch uses both.
+--look prints true, false or unset: the value of /use_sim_time on the master. Without it, waits for
+SIGINT or SIGTERM; then, if the private parameter ~found is false or unset and nobody has changed
+/use_sim_time since, makes it so again. simulate.launch uses both.
 """
 import signal
 import sys

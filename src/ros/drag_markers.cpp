@@ -22,6 +22,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -267,6 +268,8 @@ class DragMarkers {
 }  // namespace
 
 int main(int argc, char** argv) {
+  // Each line appears when it is written, in a pipe, too.
+  std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);
   // The mouse lives in wall time, also while the simulation is paused. In simulated time, the
   // server would take all of it for a quarrel of two clients within a second.
   std::vector<char*> arguments(argv, argv + argc);

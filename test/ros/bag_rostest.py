@@ -145,7 +145,15 @@ class BagTest(NodeTest):
             '--bag', self.file, '--node', node.name, '--output', picture)), count)
         elsewhere = plot_stats('--bag', self.file, '--node', '/nobody', '--output', picture)
         self.assertEqual(elsewhere.returncode, 1)
-        self.assertIn(node.topic('stats'), elsewhere.stderr)
+        self.assertIn('one of those recorded: ' + node.name, elsewhere.stderr)
+        # The only node need not be named; of two, one has to be.
+        self.assertEqual(self.assert_picture(picture, plot_stats(
+            '--bag', self.file, '--output', picture)), count)
+        with rosbag.Bag(self.file, 'a') as bag:
+            bag.write('/other/stats', SolverStats())
+        several = plot_stats('--bag', self.file, '--output', picture)
+        self.assertEqual(several.returncode, 1)
+        self.assertIn('choose one by --node: /other, ' + node.name, several.stderr)
 
     def test_a_step_that_was_redone_is_no_switch_of_schemes(self):
         sys.path.append(os.path.dirname(PLOT_STATS))

@@ -3,7 +3,6 @@
 
 import glob
 import os
-import re
 import shutil
 import signal
 import subprocess
@@ -16,9 +15,8 @@ import roslib.packages
 import rosgraph
 import rospy
 import rostest
-from std_msgs.msg import String
 
-from launched import Launch, environment, run
+from launched import Launch, run
 from mass_spring_sim.msg import ParticleStates
 from simulated_node import DEADLINE, SCENES, Recorder, feeds, wait_until
 
@@ -54,26 +52,18 @@ class LaunchTest(unittest.TestCase):
             rospy.set_param(PARAMETER, value)
 
     def test_use_sim_time_is_put_back_as_it_was_found(self):
+        # Without an argument, it is not touched at all.
         for found in (None, False, True):
-            for argument in ('false', 'true'):
-                with self.subTest(found=found, argument=argument):
+            for arguments in ((), ('use_sim_time:=true',)):
+                with self.subTest(found=found, arguments=arguments):
                     rospy.set_param(PARAMETER, False)
                     self.find(found)
-                    launch = self.launch(SCENE, 'use_sim_time:=' + argument)
-                    expected = True if argument == 'true' else found
+                    launch = self.launch(SCENE, *arguments)
+                    expected = True if arguments else found
                     self.assertIs(rospy.get_param(PARAMETER, None), expected)
                     self.assertEqual(self.clock_is_published(), expected is True)
                     launch.end()
                     self.assertIs(rospy.get_param(PARAMETER, None), found)
-
-    def test_use_sim_time_is_not_touched_by_default(self):
-        for found in (None, True):
-            rospy.set_param(PARAMETER, False)
-            self.find(found)
-            launch = self.launch(SCENE)
-            self.assertIs(rospy.get_param(PARAMETER, None), found)
-            launch.end()
-            self.assertIs(rospy.get_param(PARAMETER, None), found)
 
     def test_use_sim_time_is_put_back_by_the_launch_files_that_set_it(self):
         launch = self.launch(file='grasp.launch')
@@ -107,10 +97,12 @@ class LaunchTest(unittest.TestCase):
             self.assertNotIn('undocumented', told)
 
     def test_relative_paths_begin_where_roslaunch_was_started(self):
-        shutil.copy(os.path.join(SCENES, 'hanging_cloth.yaml'), os.path.join(self.folder, 'my.yaml'))
+        file = os.path.join(self.folder, 'my.yaml')
+        shutil.copy(os.path.join(SCENES, 'hanging_cloth.yaml'), file)
         launch = self.launch('scene:=my.yaml', 'record:=my.bag')
-        self.assertEqual(rospy.get_param(NODE + '/scene_file'), os.path.join(self.folder, 'my.yaml'))
+        self.assertEqual(rospy.get_param(NODE + '/scene_file'), file)
         wait_until(lambda: feeds(NODE, NODE + '/state', RECORDER), 'the recorder listens')
+        wait_until(lambda: 'Recording to' in launch.output(), 'it is told where it is recorded')
         launch.end()
         self.assertTrue(os.path.exists(os.path.join(self.folder, 'my.bag')))
 

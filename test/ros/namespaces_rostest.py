@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""Two simulations run in two namespaces of one master: each is dragged, pushed, led, watched, recorded,
-replayed and plotted, and none hears of the other."""
+"""Two simulations run in two namespaces of one master: each is dragged, pushed, led, watched,
+recorded, replayed and plotted, and none hears of the other."""
 
 import os
 import tempfile

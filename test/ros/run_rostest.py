@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 """scripts/run: runs scenes, alone and beside others, and says at once why it cannot.
 
-It runs in a folder with the scripts as they are, but for the installation of packages and the build:
-the package is the one that is tested.
+It runs in a folder with the scripts as they are, but for the installation of packages and the
+build: the package is the one that is tested.
 """
 
 import http.server

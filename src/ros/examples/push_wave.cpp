@@ -15,6 +15,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <iostream>
 #include <optional>
@@ -180,6 +181,8 @@ int main(int argc, char** argv) {
     std::cout << kUsage;
     return 0;
   }
+  // Each line appears when it is written, in a pipe, too.
+  std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);
   ros::init(argc, argv, "push_wave");
   ros::NodeHandle nh("~");
   try {
