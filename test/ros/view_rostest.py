@@ -162,9 +162,11 @@ class ViewTest(NodeTest):
             screen.communicate()
         self.addCleanup(end_screen)
         display = ':' + screen.stdout.readline().decode().strip()
+        # Mesa's renderer that needs no LLVM, which ends RViz by a segmentation fault now and then.
         process = subprocess.Popen(
             [SCRIPT, 'mass_spring:=' + node.name, '__name:=view_of_rviz'],
-            env={**os.environ, 'DISPLAY': display, 'LIBGL_ALWAYS_SOFTWARE': '1'},
+            env={**os.environ, 'DISPLAY': display, 'LIBGL_ALWAYS_SOFTWARE': '1',
+                 'GALLIUM_DRIVER': 'softpipe', 'DRAW_USE_LLVM': '0'},
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         self.addCleanup(self.end, process)
 
