@@ -29,6 +29,10 @@ LAUNCH_FILES = {'grasp': 'grasp.launch', 'lock_step': 'lock_step.launch'}
 LEARNER = ('rosrun', 'mass_spring_sim', 'lock_step.py', '--episodes', '1')  # moves lock_step
 
 
+class RVizDied(Exception):
+    """Software rendering ends in a segmentation fault of LLVM now and then, as RViz starts."""
+
+
 def wait_for(condition, what):
     """Polls until condition() returns a value that is true, and returns it."""
     end = time.monotonic() + DEADLINE
@@ -43,7 +47,8 @@ def wait_for(condition, what):
 
 
 def output_of(*command):
-    return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL).stdout
+    return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+                          timeout=DEADLINE).stdout
 
 
 @contextlib.contextmanager
@@ -87,13 +92,19 @@ def draws(topic):
 class Camera:
     """Takes pictures of RViz. No picture is taken twice."""
 
-    def __init__(self):
-        self.last = None
-        main = wait_for(window_of_rviz, 'RViz opens a window')
-        wait_for(lambda: draws(NODE + '/markers'), 'RViz wants the markers')
+    def __init__(self, log):
+        self.last, self.log = None, log
+        main = wait_for(lambda: self.lives() and window_of_rviz(), 'RViz opens a window')
+        wait_for(lambda: self.lives() and draws(NODE + '/markers'), 'RViz wants the markers')
         subprocess.run(['xdotool', 'windowmove', main, '0', '0', 'windowsize', main,
                         *map(str, WINDOW)], check=True)
-        self.window = wait_for(lambda: window_of_scene(main), 'RViz grows')
+        self.window = wait_for(lambda: self.lives() and window_of_scene(main), 'RViz grows')
+
+    def lives(self):
+        with open(self.log, 'rb') as file:
+            if b'process has died' in file.read():
+                raise RVizDied
+        return True
 
     def take(self, file, size, calm):
         """Waits until RViz has drawn something new and nothing else for a while.
@@ -103,6 +114,7 @@ class Camera:
         looks = []
 
         def drawn():
+            self.lives()
             looks.append(output_of('import', '-window', self.window, 'rgb:-'))
             return looks[-1] != self.last and len(looks) >= calm and len(set(looks[-calm:])) == 1
         wait_for(drawn, 'RViz shows the scene')
@@ -118,11 +130,12 @@ class Camera:
 def launched(scene, folder, paused):
     file = LAUNCH_FILES.get(scene, 'simulate.launch')
     scene_argument = [] if scene in LAUNCH_FILES else ['scene:=' + scene]
-    with running(os.path.join(folder, scene + '.log'), 'roslaunch', '--wait', 'mass_spring_sim',
+    log = os.path.join(folder, scene + '.log')
+    with running(log, 'roslaunch', '--wait', 'mass_spring_sim',
                  file, 'rviz:=true', 'use_sim_time:=false', 'paused:=' + str(paused).lower(),
                  *scene_argument):
         rospy.wait_for_service(NODE + '/step', DEADLINE)
-        yield Camera()
+        yield Camera(log)
     wait_for(lambda: not any(name.startswith(NODE + '/') for name, _ in
                              rosgraph.Master(rospy.get_name()).getSystemState()[2]),
              'the simulation ends')
@@ -168,6 +181,19 @@ def take_animation(folder, out):
     print('cloth.gif')
 
 
+def take(name, views, folder, out):
+    for trial in range(5):
+        try:
+            if name == 'cloth.gif':
+                take_animation(folder, out or 'docs')
+            else:
+                take_picture(name, views[name]['time'], folder, out or 'docs/gallery')
+            return
+        except RVizDied:
+            print(name + ': RViz died, once more')
+    sys.exit('take_pictures.py: RViz dies each time (logs in build/pictures)')
+
+
 def free_port():
     with socket.socket() as probe:
         probe.bind(('localhost', 0))
@@ -195,10 +221,7 @@ def main():
         wait_for(rosgraph.is_master_online, 'a master answers')
         rospy.init_node('take_pictures', disable_signals=True)
         for name in names:
-            if name == 'cloth.gif':
-                take_animation(folder, arguments.to or 'docs')
-            else:
-                take_picture(name, views[name]['time'], folder, arguments.to or 'docs/gallery')
+            take(name, views, folder, arguments.to)
 
 
 if __name__ == '__main__':

@@ -4,8 +4,8 @@
 usage: view.py [--scene NAME] [--rviz_config FILE.rviz] [--frame FRAME]
 
 Started by simulate.launch. Reads the frame and the first markers of the node mass_spring in its own
-namespace, starts RViz, and ends with it. As RViz warns of a fixed frame that tf does not know, a frame
-NODE_view, which lies in the fixed frame, is broadcast meanwhile.
+namespace, starts RViz, and ends with it. As RViz warns of a fixed frame that tf does not know, a
+frame NODE_view, which lies in the fixed frame, is broadcast meanwhile.
 """
 import argparse
 import math
@@ -93,17 +93,12 @@ def configuration(package, scene, frame, node):
 
 
 def broadcast(frame, child):
-    """Tells tf of a frame that lies in another one.
-
-    @return to be kept as long as tf shall know it
-    """
+    """Tells tf of a frame that lies in another one, as long as this node lives."""
     transform = TransformStamped(child_frame_id=child)
     transform.header.frame_id = frame
     transform.header.stamp = rospy.Time.now()
     transform.transform.rotation.w = 1.0
-    broadcaster = tf2_ros.StaticTransformBroadcaster()
-    broadcaster.sendTransform(transform)
-    return broadcaster
+    tf2_ros.StaticTransformBroadcaster().sendTransform(transform)
 
 
 def end(process):
@@ -130,7 +125,7 @@ def main():
     frame = arguments.frame
     if frame == FROM_SCENE:
         frame = rospy.get_param(node + '/frame_id', 'world')
-    keep = broadcast(frame, node[1:] + '_view')  # noqa: F841
+    broadcast(frame, node[1:] + '_view')
     with tempfile.TemporaryDirectory() as folder:
         # Nodes run elsewhere: a relative path means the folder roslaunch was started in.
         file = os.path.join(os.environ.get('PWD', ''), arguments.rviz_config)

@@ -38,6 +38,8 @@ class MarkerTest(NodeTest):
             self.assertIn(len(marker.colors), (0, len(marker.points), len(marker.points) / corners))
             for color in marker.colors or [marker.color]:
                 self.assertGreater(color.a, 0.0)
+                for part in (color.r, color.g, color.b, color.a):
+                    self.assertTrue(0.0 <= part <= 1.0, color)
             self.assertTrue(all(math.isfinite(value) for point in marker.points
                                 for value in (point.x, point.y, point.z)))
             self.assertGreater(marker.scale.x, 0.0)
@@ -50,8 +52,8 @@ class MarkerTest(NodeTest):
         self.assertEqual(first.markers[0].action, Marker.DELETEALL)
         self.check(first)
         self.assertEqual(set(self.shown(first)),
-                         {'cable/particles', 'cable/springs', 'cable/pins', 'sheet/particles',
-                          'sheet/springs', 'sheet/surface', 'sheet/pins'})
+                         {'cable/particles', 'cable/springs', 'cable/surface', 'cable/pins',
+                          'sheet/particles', 'sheet/springs', 'sheet/surface', 'sheet/pins'})
         # rospy shares the connections to a topic, hence no other while the first one is there.
         self.markers.close()
         late = self.node.record('markers', MarkerArray).wait_count(1)[0]
@@ -62,7 +64,8 @@ class MarkerTest(NodeTest):
         shown = self.shown(self.markers.wait_count(1)[0])
         self.assertEqual(len(shown['cable/particles'].points), 7)
         self.assertEqual(len(shown['sheet/particles'].points), 20)
-        self.assertEqual(len(shown['sheet/surface'].points), len(topology.triangles))
+        # A front and a back.
+        self.assertEqual(len(shown['sheet/surface'].points), 2 * len(topology.triangles))
         self.assertEqual(len(shown['cable/pins'].points), 2)
         # The structural springs at least; whether shear and bending are drawn is a matter of taste.
         self.assertIn(len(shown['sheet/springs'].points) // 2, (31, 31 + 24, 31 + 24 + 22))
