@@ -11,7 +11,7 @@ import rosservice
 import rostest
 import yaml
 
-from simulated_node import DEADLINE, NodeTest, SimulatedNode
+from simulated_node import DEADLINE, NodeTest, SimulatedNode, wait_until
 
 README = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'README.md')
 # roscpp's own.
@@ -65,12 +65,16 @@ class ReadmeTest(NodeTest):
         slave = xmlrpc.client.ServerProxy(uri)
 
         def offered(topics):
-            """As the README names them: NAME is that of the pin."""
+            """As the README names them: NAME is that of the pin or the shape."""
             found = {}
             for name, kind in topics:
                 name = re.sub('^' + re.escape(node.name) + '/', '~', name)
-                found[re.sub('^~pins/(left_corner|grab)/', '~pins/NAME/', name)] = kind
+                name = re.sub('^~pins/(left_corner|grab)/', '~pins/NAME/', name)
+                found[re.sub('^~wrenches/.*', '~wrenches/NAME', name)] = kind
             return found
+        # Offered after the services.
+        wait_until(lambda: '~wrenches/NAME' in offered(slave.getPublications(rospy.get_name())[2]),
+                   'there are wrenches')
         published = offered(slave.getPublications(rospy.get_name())[2])
         expected = dict(rows(self.text, 'Published'))
         self.assertIn('/clock', published)  # here the node is its master
