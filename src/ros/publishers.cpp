@@ -183,7 +183,10 @@ void Publishers::stepped(const StepReport& report, const StepMeter::Figures& fig
   }
 }
 
-void Publishers::failed(const StepReport& report) { diagnostics_.failed(report.message); }
+void Publishers::failed(const StepReport& report, bool other_springs) {
+  diagnostics_.failed(report.message);
+  if (other_springs) publishTopology();
+}
 
 void Publishers::paused(bool paused) {
   diagnostics_.paused(paused);
