@@ -22,8 +22,11 @@ bool isLast(const std::map<std::string, Pose>& led, const std::string& name, con
   return last != led.end() && same(last->second, target);
 }
 
-/// Half of what limits.max_speed allows: the other half is for what turns about the frame [m/s].
-double fastestOf(const Simulation&) { return 0.5 * 1e3; }
+/// Of what moves along and turns at once, each may use half of limits.max_speed, but for rounding
+/// [m/s].
+double fastestOf(const Simulation& simulation) {
+  return 0.499 * simulation.scene().limits.max_speed;
+}
 
 /// Erases those for which there is no pin (any more).
 template <class Names, class NameOf>
@@ -64,10 +67,15 @@ void FrameFollower::leadShapes(const Simulation& simulation, std::vector<Command
     target.orientation = frame->orientation * body.start().orientation;
     led_shapes_[shape.name] = target;
     if (same(target, body.motion().target())) continue;
-    const Pose now = body.motion().at(simulation.state().time);
-    const double fastest = (target.position - now.position).norm() / fastestOf(simulation);
+    const State& state = simulation.state();
+    const Pose now = body.motion().at(state.time);
+    const double radius = body.radius().value_or(
+        (state.positions.colwise() - now.position).colwise().norm().maxCoeff());
+    const double way = std::max((target.position - now.position).norm(),
+                                radius * now.orientation.angularDistance(target.orientation));
+    const double duration = way / fastestOf(simulation);
     commands.push_back(
-        ShapeCommand{shape.name, target, fastest > simulation.stepSize() ? fastest : 0.0});
+        ShapeCommand{shape.name, target, duration > simulation.stepSize() ? duration : 0.0});
   }
 }
 

@@ -236,7 +236,7 @@ void PhysicsLoop::tellNames() {
 }
 
 void PhysicsLoop::startOver() {
-  clock_.restart();
+  clock_.restart(0.0);
   synchronise();
 }
 
@@ -275,13 +275,16 @@ void PhysicsLoop::advance() {
   for (const Command& command : follower_.lead(*simulation_)) {
     tell(kTf, kTf, command, simulation_->apply(command));
   }
+  const std::uint64_t number = simulation_->state().step + 1;
+  const auto model = simulation_->sharedModel();
   const Steady::time_point begin = Steady::now();
   const StepReport report = simulation_->step();
   const Steady::time_point end = Steady::now();
   if (report.status == StepStatus::kFailed) {
-    ROS_ERROR_STREAM("The simulation is paused, as step " << simulation_->state().step + 1
+    ROS_ERROR_STREAM("The simulation is paused, as step " << number
                                                           << " failed: " << report.message);
-    publishers_.failed(report);
+    clock_.restart(simulation_->state().time);
+    publishers_.failed(report, simulation_->sharedModel() != model);
     if (!paused_) changePaused(true);
     finishRequest(false, report.message);
     return;

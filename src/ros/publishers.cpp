@@ -306,7 +306,10 @@ mass_spring_sim::SolverStats Publishers::stats() const {
   return message;
 }
 
-void Publishers::failed(const StepReport& report) { diagnostics_.failed(report.message); }
+void Publishers::failed(const StepReport& report, bool other_springs) {
+  diagnostics_.failed(report.message);
+  if (other_springs) publishTopology();
+}
 
 void Publishers::paused(bool paused) {
   diagnostics_.paused(paused);

@@ -47,8 +47,9 @@ class Publishers {
   void replaced(std::shared_ptr<const Simulation> simulation, bool continued);
   /// Tells the topology anew where springs broke.
   void stepped(const StepReport& report, const StepMeter::Figures& figures, std::uint64_t overruns);
-  /// A step failed; the simulation stands where it was.
-  void failed(const StepReport& report);
+  /// A step failed; the simulation stands where it was, or at an earlier step.
+  /// @param other_springs  that state has broken springs whole again
+  void failed(const StepReport& report, bool other_springs);
   void paused(bool paused);
   /// Of the simulation as it stands.
   mass_spring_sim::ParticleStates state() const;

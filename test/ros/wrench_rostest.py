@@ -111,7 +111,7 @@ class WrenchTest(NodeTest):
                                       atol=5e-3)
         # ~contacts has the same about the middle of the table, in the axes of the scene.
         self.assertAlmostEqual(shape.wrench.force.z, told[2], delta=1e-12)
-        self.assertAlmostEqual(shape.wrench.torque.y, -told[3], delta=1e-12)
+        self.assertAlmostEqual(shape.wrench.torque.y, told[3], delta=1e-12)
 
     def test_topics_come_and_go_with_pins_and_shapes(self):
         ball = {'type': 'sphere', 'center': [0.0, 0.0, 0.0], 'radius': 0.1}
