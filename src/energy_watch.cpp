@@ -48,24 +48,29 @@ Energy EnergyWatch::energy(const Vectors& positions, const Vectors& velocities) 
 }
 
 void EnergyWatch::begin(const State& before, const Drive& drive) {
-  if (pinned_ != drive.pinned) {
+  if (balance_.pinned != drive.pinned) {
     // The kinetic energy of a particle that is pinned from now on leaves; or it comes back.
     balance_.given -= kineticEnergy(before.velocities);
-    pinned_ = drive.pinned;
-    for (Eigen::Index i = 0; i < free_masses_.cols(); ++i) {
-      free_masses_.col(i).setConstant(drive.isPinned(i) ? 0.0 : model_.masses[i]);
-    }
+    setPinned(drive.pinned);
     balance_.given += kineticEnergy(before.velocities);
   }
   if (balance_.known) return;
-  balance_ = Balance();
   setTime(model_, drive.time);
   const Energy start = energy(before.positions, before.velocities);
   balance_.known = true;
+  balance_.steps_above = balance_.evaluations = 0;
   balance_.given = start.total();
   balance_.gravity = start.gravity;
   balance_.motion = start.kinetic + start.elastic;
   balance_.power = powerOfEffects(model_, before.positions, before.velocities);
+}
+
+void EnergyWatch::setPinned(const std::vector<char>& pinned) {
+  balance_.pinned = pinned;
+  for (std::size_t i = 0; i < pinned.size(); ++i) {
+    const auto particle = static_cast<Eigen::Index>(i);
+    free_masses_.col(particle).setConstant(pinned[i] ? 0.0 : model_.masses[particle]);
+  }
 }
 
 void EnergyWatch::addWork(const Step& step, const State& before, const State& end,
@@ -109,9 +114,11 @@ void EnergyWatch::compare(const Step& step, const State& end, const Drive& drive
   balance_.steps_above = vouches_ ? 0 : balance_.steps_above + 1;
   if (!vouches_) return;
   balance_.motion = std::max(motion, kMemory * balance_.motion);
-  if (now.total() >= balance_.given) return;
-  balance_.given = now.total();
-  balance_.gravity = now.gravity;
+  if (now.total() < balance_.given) {
+    balance_.given = now.total();
+    balance_.gravity = now.gravity;
+  }
+  vouched_ = balance_;
 }
 
 void EnergyWatch::observe(const Step& step, const State& before, const State& end,
@@ -126,11 +133,16 @@ void EnergyWatch::observe(const Step& step, const State& before, const State& en
   }
 }
 
-void EnergyWatch::restart() { balance_.known = false; }
+void EnergyWatch::restart() { balance_.known = vouched_.known = false; }
+
+void EnergyWatch::goBack() {
+  balance_ = vouched_;
+  setPinned(balance_.pinned);
+}
 
 void EnergyWatch::continueFrom(const EnergyWatch& other) {
   balance_ = other.balance_;
-  pinned_ = other.pinned_;
+  vouched_ = other.vouched_;
   free_masses_ = other.free_masses_;
 }
 

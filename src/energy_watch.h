@@ -36,6 +36,8 @@ class EnergyWatch {
   bool vouches() const { return vouches_; }
   /// The next step does not follow the last one.
   void restart();
+  /// The next step follows the last one that this vouched for, or the first one since restart().
+  void goBack();
   /// Goes on from another watch, of a model of the same particles.
   void continueFrom(const EnergyWatch& other);
 
@@ -49,20 +51,21 @@ class EnergyWatch {
     double power = 0.0;    // W, what the effects could feed in at the end of the last step
     int steps_above = 0;   // in a row, up to the last one
     int evaluations = 0;   // of the forces since all of the energy was looked at
+    std::vector<char> pinned;  // that this belongs to
   };
   double kineticEnergy(const Vectors& velocities) const;
   Energy energy(const Vectors& positions, const Vectors& velocities) const;
   void begin(const State& before, const Drive& drive);
+  void setPinned(const std::vector<char>& pinned);
   void addWork(const Step& step, const State& before, const State& end, const Drive& drive);
   void compare(const Step& step, const State& end, const Drive& drive);
 
   const Model& model_;
   const RoundingNoise rounding_;
   const double shift_;  // of a sub-step: so much later the velocities are those of the positions
-  Balance balance_;
+  Balance balance_, vouched_;  // the latter as it was after the last step that this vouched for
   bool vouches_ = false;
-  std::vector<char> pinned_;  // that the masses belong to
-  Vectors free_masses_;       // kg per coordinate, 0 for pinned particles
+  Vectors free_masses_;  // kg per coordinate, 0 for pinned particles
   Vectors velocities_, scratch_;
 };
 

@@ -178,7 +178,7 @@ void Simulation::goBack() {
   rest_lengths_ = kept_->rest_lengths;
   applyRestLengths();
   state_ = kept_->state;
-  stepper_->restart();
+  stepper_->goBack();
 }
 
 void Simulation::breakSprings(const std::vector<char>& broken) {

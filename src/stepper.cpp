@@ -330,6 +330,10 @@ void Stepper::restart() {
   implicit_->stages.forget();
 }
 
+void Stepper::goBack() {
+  if (watch_) watch_->goBack();
+}
+
 void Stepper::continueFrom(const Stepper& other) {
   if (watch_ && other.watch_) watch_->continueFrom(*other.watch_);
 }

@@ -38,6 +38,8 @@ class Stepper {
   StepReport step(double h, const Pins& pins, const Vectors* loads, State& state);
   /// The next step does not follow the last one: forgets what was kept of it.
   void restart();
+  /// The next step follows the last one that this vouched for, or the first one since restart().
+  void goBack();
   /// May the state after the last step be gone back to when a later one fails? It may, unless an
   /// explicit scheme made it and all of its energy has not been looked at, or was too much.
   bool vouches() const { return !watch_ || watch_->vouches(); }

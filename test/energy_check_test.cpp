@@ -87,7 +87,7 @@ TEST(EnergyCheck, NoStepOfARopeOrAClothIsRedone) {
 State moving(double speed) {
   State state;
   state.positions = Vectors::Zero(3, 1);
-  state.velocities = speed * Vectors::Unit(3, 1, 0, 0);
+  state.velocities = speed * Eigen::Vector3d::UnitX();
   return state;
 }
 

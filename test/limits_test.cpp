@@ -37,7 +37,7 @@ Scene scene20(Scheme scheme, double rate) {
 
 /// A rope of 21 particles with a stiffness of 1e5 N/m per spring, level at the start.
 Scene stiffRope(Scheme scheme, double rate) {
-  Scene scene = netScene(chain(20, 0.05, {1, 0, 0}, 0.2, 1e5), scheme, rate);
+  Scene scene = netScene(chain(20, 0.05, {1, 0, 0}, 0.01, 1e5), scheme, rate);
   scene.effects.gravity = GravityOptions{Eigen::Vector3d(0, 0, -kGravity)};
   pin(scene, {0});
   return scene;
