@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 namespace mass_spring {
@@ -36,13 +37,17 @@ double absoluteArea(const Points& points, const Triangles& triangles) {
 TEST(Polygon, CutsQuadrilateralsAlongTheShorterDiagonal) {
   EXPECT_EQ(cut({{0, 0, 0}, {2, 1, 0}, {0, 2, 0}, {-2, 1, 0}}), (Triangles{{0, 1, 2}, {0, 2, 3}}));
   EXPECT_EQ(cut({{2, 1, 0}, {0, 2, 0}, {-2, 1, 0}, {0, 0, 0}}), (Triangles{{0, 1, 3}, {1, 2, 3}}));
-  // All squares of a grid are cut alike, as exact and as rounded coordinates.
-  for (const double size : {1.0, 0.1, 0.7}) {
-    for (int i = 0; i < 10; ++i) {
-      const double x = i * size, y = x + size;
-      EXPECT_EQ(cut({{x, 0, 0}, {y, 0, 0}, {y, size, 0}, {x, size, 0}}),
+  // All squares of a grid that lies askew are cut alike, though rounding makes some diagonals
+  // longer.
+  const double c = std::cos(0.3), s = std::sin(0.3);
+  const auto corner = [&](int i, int j) {
+    return Eigen::Vector3d(0.1 * (c * i - s * j), 0.1 * (s * i + c * j), 0.0);
+  };
+  for (int i = 0; i < 20; ++i) {
+    for (int j = 0; j < 20; ++j) {
+      EXPECT_EQ(cut({corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)}),
                 (Triangles{{0, 1, 3}, {1, 2, 3}}))
-          << x;
+          << i << ' ' << j;
     }
   }
 }
