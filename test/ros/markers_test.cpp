@@ -247,9 +247,9 @@ TEST(Markers, ShadeFoldsAtEachDetail) {
   const Scene scene = sceneOf(cloth(30));
   const Model model = buildModel(scene);
   Vectors positions = model.start.positions;
-  // A wave along y, whose slopes lean to the light and away from it.
+  // A wave along x, whose slopes lean to the light and away from it.
   for (Eigen::Index i = 0; i < positions.cols(); ++i) {
-    positions(2, i) = 0.1 * std::sin(12.0 * positions(1, i));
+    positions(2, i) = 0.1 * std::sin(12.0 * positions(0, i));
   }
   for (const double rate : {10.0, 200.0}) {
     Markers markers(scene, model, rate);
@@ -264,9 +264,9 @@ TEST(Markers, ShadeFoldsAtEachDetail) {
       }
       shades.push_back(brightness(color));
     }
-    // Slopes of 50 degrees to both sides: far more than an eye needs to tell them apart.
+    // Without shades, the quotient would be 1; eyes see a difference of a few percent.
     const auto [dark, bright] = std::minmax_element(shades.begin(), shades.end());
-    EXPECT_GT(*bright, 1.5 * *dark) << rate << " Hz";
+    EXPECT_GT(*bright, 1.3 * *dark) << rate << " Hz";
   }
 }
 
