@@ -114,6 +114,18 @@ class FollowTest(NodeTest):
         numpy.testing.assert_allclose(numpy.linalg.norm(numpy.diff(targets, axis=0), axis=1), 0.01,
                                       rtol=0, atol=1e-14)
 
+    def test_what_follows_is_never_refused_as_too_fast(self):
+        self.begin({'limits/max_speed': 2.0,
+                    'pins': {'grip': {'object': 'left', 'particles': [1],
+                                      'follow_frame': 'hand'}}})
+        # The particle is 2.1 m from the frame, which a turn takes far round.
+        frame = self.frame('hand', (-2.0, 0.0, 1.0))
+        self.wait_followed('grip', -2.0)
+        frame.move((-2.2, 0.1, 1.0), QUARTER)
+        _, where = self.wait_followed('grip', -2.2)
+        numpy.testing.assert_allclose(where[1], [-2.2, 2.2, 1.0], rtol=0, atol=HELD)
+        self.assertEqual(self.node.rejected.messages, [])
+
     def test_a_frame_that_stands_still_sends_nothing(self):
         self.begin({'pins': {'grip': {'object': 'left', 'particles': [1],
                                       'follow_frame': 'tip'}}})

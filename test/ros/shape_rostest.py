@@ -105,6 +105,20 @@ class ShapeTest(NodeTest):
         wait_until(lambda: table().stale, 'the frame is lost')
         self.assertEqual(table().pose.position.x, 0.5)
 
+    def test_a_frame_far_away_is_not_too_far(self):
+        node = self.start('free_particles.yaml', {'limits/max_speed': 100.0, **changes('hand')})
+        contacts = node.record('contacts', Contacts)
+        frame = Frame('hand', (30.0, 0.0, 0.9), (0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5)))
+        self.addCleanup(frame.lose)
+
+        def x():
+            step = node.call_step(1).step
+            return contacts.wait(lambda all: all[-1].step == step, 'that step')[-1].shapes[
+                0].pose.position.x
+        # 30 m at 100 m/s take 30 steps.
+        wait_until(lambda: x() == 30.0, 'the shape is where its frame is')
+        self.assertEqual(node.rejected.messages, [])
+
     def test_there_are_contacts_only_where_a_scene_calls_for_them(self):
         node = self.start('free_particles.yaml')
 
