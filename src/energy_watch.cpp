@@ -103,7 +103,8 @@ void EnergyWatch::addWork(const Step& step, const State& before, const State& en
 void EnergyWatch::compare(const Step& step, const State& end, const Drive& drive) {
   const Vectors* velocities = &end.velocities;
   if (shift_ != 0.0) {
-    sumForces(model_, drive.loads, end.positions, end.velocities, scratch_);
+    // Without the loads, which may end with this step: addWork() has their part.
+    sumForces(model_, nullptr, end.positions, end.velocities, scratch_);
     for (Eigen::Index i = 0; i < scratch_.cols(); ++i) {
       velocities_.col(i) = end.velocities.col(i);
       if (drive.isPinned(i)) continue;
