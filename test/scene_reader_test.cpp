@@ -319,9 +319,9 @@ TEST(SceneReader, RefusesEachBadValueByName) {
        "publish.state: got 10001, expected a number in [0, 10000] (Hz, 0 = never)"},
       {"limits.max_force", "0", "limits.max_force: got 0, expected a number > 0 (N)"},
       {"limits.max_speed", "0",
-       "limits.max_speed: got 0, expected a number in [1.0e-06, 1.0e+09] (m/s)"},
+       "limits.max_speed: got 0, expected a number in [1.0e-06, 1000000000.0] (m/s)"},
       {"limits.max_extent", "1e10",
-       "limits.max_extent: got 1.0e+10, expected a number in [1.0e-06, 1.0e+09] (m)"},
+       "limits.max_extent: got '1e10', expected a number in [1.0e-06, 1000000000.0] (m)"},
   };
   for (const BadValue& row : rows) {
     EXPECT_EQ(problemsOf(sceneWith(row.path, row.value)), Lines{row.problem})
