@@ -96,6 +96,10 @@ void requirePhysical(const Scene& scene, const Model& model) {
     requireNotNegative(spring.damping, "damping", "a number >= 0 (N s/m)");
     requireNotNegative(spring.rest_length, "rest_length", "a number >= 0 (m)");
   }
+  require(scene.limits.max_speed > 0.0 && scene.limits.max_speed <= kLargestCoordinate,
+          "limits.max_speed", scene.limits.max_speed, "a number > 0, at most 1e9 (m/s)");
+  require(scene.limits.max_extent > 0.0 && scene.limits.max_extent <= kLargestCoordinate,
+          "limits.max_extent", scene.limits.max_extent, "a number > 0, at most 1e9 (m)");
   if (!model.start.positions.allFinite()) {
     problems.push_back("positions: got NaN or infinity, expected finite numbers (m)");
   }
@@ -187,6 +191,7 @@ Model buildModel(const Scene& scene) {
   Model model;
   for (const Object& object : scene.objects) appendObject(object, model);
   requirePhysical(scene, model);
+  model.limits = scene.limits;
   model.threads = std::make_shared<ThreadPool>(usefulThreads(scene.solver.threads, model));
   addEffects(scene, model);
   SchemeChoice choice = chooseScheme(scene, model);
@@ -208,6 +213,7 @@ Model withoutSprings(const Scene& scene, const Model& model, const std::vector<c
   Model torn;
   torn.masses = model.masses;
   torn.start = model.start;
+  torn.limits = model.limits;
   torn.solver = model.solver;
   torn.scheme_reason = model.scheme_reason;
   torn.threads = model.threads;

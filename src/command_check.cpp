@@ -53,7 +53,7 @@ CommandResult resolve(const Eigen::Vector3d& point, double radius, const ModelOb
   std::uint32_t nearest_particle = object.first_particle;
   for (std::uint32_t p = object.first_particle; p < object.first_particle + object.particle_count;
        ++p) {
-    const double distance = (positions.col(p) - point).norm();
+    const double distance = (positions.col(p) - point).stableNorm();
     if (distance < nearest) {
       nearest = distance;
       nearest_particle = p;
@@ -75,7 +75,33 @@ CommandResult notFinite(const char* field) {
 CommandResult checkFinite(const Pose& target) {
   if (!target.position.allFinite()) return notFinite("target.position");
   if (!target.orientation.coeffs().allFinite()) return notFinite("target.orientation");
+  const double norm = target.orientation.coeffs().stableNorm();
+  if (!(std::abs(norm - 1.0) <= 1e-3)) {
+    return refuse(Refusal::kBadValue, "target.orientation: got a quaternion of length ", norm,
+                  ", expected one of unit length");
+  }
   return {};
+}
+
+/// @param way  m, from the start
+CommandResult checkExtent(const char* field, const std::string& what, double way,
+                          const Limits& limits) {
+  if (way <= limits.max_extent) return {};
+  return refuse(Refusal::kLimit, field, ": got ", way, " m from the start of ", what,
+                ", expected at most ", limits.max_extent, " m (limits.max_extent)");
+}
+
+CommandResult checkSpeed(const char* field, const std::string& what, double speed,
+                         const Limits& limits) {
+  if (speed <= limits.max_speed) return {};
+  return refuse(Refusal::kLimit, field, ": got ", speed, " m/s for ", what, ", expected at most ",
+                limits.max_speed, " m/s (limits.max_speed)");
+}
+
+std::string nameOf(Eigen::Index particle, const Model& model) {
+  const auto number = static_cast<std::uint32_t>(particle);
+  const ModelObject& object = model.objectOf(number);
+  return "particle " + std::to_string(number - object.first_particle) + " of " + object.name;
 }
 
 }  // namespace
@@ -139,12 +165,38 @@ CommandResult checkPin(const PinCommand& command, const Model& model, const Vect
     return refuse(Refusal::kBadValue, "radius: got ", command.radius, " m, expected a number >= 0");
   }
   particles.clear();
-  return command.particles.empty()
-             ? resolve(command.point, command.radius, *object, positions, particles)
-             : resolve(command.particles, *object, particles);
+  result = command.particles.empty()
+               ? resolve(command.point, command.radius, *object, positions, particles)
+               : resolve(command.particles, *object, particles);
+  if (!result.accepted() || command.here) return result;
+  // The particles stay where they are, in the axes of the target.
+  return checkExtent(
+      "target.position", nameOf(particles.front(), model),
+      (command.target.position - model.start.positions.col(particles.front())).stableNorm(),
+      model.limits);
 }
 
-CommandResult checkState(const Vectors& positions, const Vectors& velocities, const Model& model) {
+CommandResult checkPinTarget(const Pin& pin, const Pose& target, const Model& model,
+                             const Vectors& positions, double step) {
+  for (std::size_t k = 0; k < pin.particles.size(); ++k) {
+    const Eigen::Index i = pin.particles[k];
+    const Eigen::Vector3d place = target.position + target.orientation * pin.offsets[k];
+    const std::string name = nameOf(i, model);
+    const double way = (place - model.start.positions.col(i)).stableNorm();
+    const double speed = (place - positions.col(i)).stableNorm() / step;
+    if (CommandResult result = checkExtent("target", name, way, model.limits); !result.accepted()) {
+      return result;
+    }
+    if (CommandResult result = checkSpeed("target", name, speed, model.limits);
+        !result.accepted()) {
+      return result;
+    }
+  }
+  return {};
+}
+
+CommandResult checkState(const Vectors& positions, const Vectors& velocities, const Model& model,
+                         const Pins& pins, double step) {
   for (const auto& [field, values, unit] :
        {std::tuple("positions", &positions, "m"), std::tuple("velocities", &velocities, "m/s")}) {
     if (values->cols() != model.particleCount()) {
@@ -157,17 +209,43 @@ CommandResult checkState(const Vectors& positions, const Vectors& velocities, co
                     ", expected a finite number (", unit, ")");
     }
   }
+  for (Eigen::Index i = 0; i < positions.cols(); ++i) {
+    const double way = (positions.col(i) - model.start.positions.col(i)).stableNorm();
+    const double speed = velocities.col(i).stableNorm();
+    if (way <= model.limits.max_extent && speed <= model.limits.max_speed) continue;
+    const std::string name = nameOf(i, model);
+    const CommandResult result = checkExtent("positions", name, way, model.limits);
+    return result.accepted() ? checkSpeed("velocities", name, speed, model.limits) : result;
+  }
+  for (const auto& [name, pin] : pins.all()) {
+    CommandResult result = checkPinTarget(pin, pin.target, model, positions, step);
+    if (result.accepted()) continue;
+    result.message = "positions: pin " + name + " would not take them to its " + result.message;
+    return result;
+  }
   return {};
 }
 
-CommandResult checkShape(const ShapeCommand& command, const Model& model) {
+CommandResult checkShape(const ShapeCommand& command, const Model& model, const State& state,
+                         double step) {
   if (CommandResult result = checkFinite(command.target); !result.accepted()) return result;
   if (!std::isfinite(command.duration)) return notFinite("duration");
   if (command.duration < 0.0) {
     return refuse(Refusal::kBadValue, "duration: got ", command.duration,
                   " s, expected a number >= 0");
   }
-  if (model.contact && model.contact->find(command.name)) return {};
+  if (const Shape* shape = model.contact ? model.contact->find(command.name) : nullptr) {
+    const std::string what = "shape " + command.name;
+    const double way = (command.target.position - shape->start().position).stableNorm();
+    const CommandResult result = checkExtent("target", what, way, model.limits);
+    if (!result.accepted()) return result;
+    const Pose from = shape->motion().at(state.time);
+    const RigidMotion motion(from, command.target, state.time, std::max(command.duration, step));
+    const double radius = shape->radius().value_or(
+        (state.positions.colwise() - from.position).colwise().norm().maxCoeff());
+    return checkSpeed("target", what, motion.velocity().norm() + radius * motion.spin().norm(),
+                      model.limits);
+  }
   std::string known;
   if (model.contact) {
     for (const Shape& shape : model.contact->shapes()) {

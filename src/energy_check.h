@@ -6,21 +6,42 @@
 
 namespace mass_spring {
 
+/// What the effects may feed into the particles at most [W].
+double powerOfEffects(const Model& model, const Vectors& positions, const Vectors& velocities);
+
+/// What effects that depend on time feed in during a step of h [s] if no particle moves [J].
+double fedByTime(const Model& model, double time, double h, const Vectors& positions);
+
+/// The energy that rounding may add or hide.
+class RoundingNoise {
+ public:
+  explicit RoundingNoise(const Model& model);
+  /// Rounding of the sums, and of positions, which stiffness and steps turn into energy [J].
+  /// @param h    s, the step
+  /// @param sum  J, the energies that are added up, all of them taken as positive
+  double energy(const Vectors& positions, double h, double sum) const;
+
+ private:
+  double stiffness_ = 0.0;  // N/m, sum over springs and effects
+  double mass_;             // kg, sum over the particles
+};
+
 /// Compares the energy after a step with the energy before it and the work done from outside:
 /// forces times displacements, what pins and shapes do by moving, and the wind. Pinned particles
 /// have no kinetic energy here, as their motion is prescribed.
 class EnergyCheck {
  public:
-  /// @param unheeded  the effect whose energy the scheme does not follow, or nullptr: what it held
-  /// at restart(), and all that was lost since, may then come back
-  explicit EnergyCheck(const Model& model, const Effect* unheeded = nullptr);
+  /// @param scheme  that makes the steps. xpbd does not follow the energy of the springs: all that
+  /// they held at restart(), and all that was lost since, may come back
+  EnergyCheck(const Model& model, Scheme scheme);
 
   /// @param h         s, the step
   /// @param state     before the step, pinned particles with the velocities they will have
   void start(double h, const State& state, const Drive& drive);
-  /// Does the state after the step hold more energy than it can have? By no more than a small part
-  /// in one step, which second-order schemes gain and lose in turn; and by less still over all
-  /// steps since restart(), so that small gains do not add up.
+  /// Does the state after the step hold more energy than it can have? Over all steps since
+  /// restart(), gains may not exceed what was lost before by more than rounding and a small part
+  /// of the energies; only the latest losses count. In one step, most schemes may gain no more
+  /// than a small part either, which second-order schemes gain and lose in turn.
   bool gained(const State& end, const Drive& drive);
   /// Where there is no other way: slows the free particles down until the step has gained nothing
   /// at all. @return false if that is not enough
@@ -33,18 +54,15 @@ class EnergyCheck {
   /// kg per coordinate, 0 for pinned particles.
   const Vectors& freeMasses(const Drive& drive);
   Energy energyOfFree(const Vectors& positions, const Vectors& velocities, const Drive& drive);
-  double powerOfEffects(const Vectors& positions, const Vectors& velocities) const;
-  /// What effects that depend on time would feed in if all particles stayed where they are [J].
-  double fedByTime(const Vectors& positions, const Drive& drive) const;
   /// What the pins do to the particles by moving [W].
   double pinPower(const State& state, const Drive& drive);
 
   const Model& model_;
-  const Effect* unheeded_;
+  const RoundingNoise rounding_;
+  const Effect* unheeded_;   // the effect whose energy the scheme does not follow, or nullptr
+  const bool limits_steps_;  // whether there is a limit for each step, besides that for all steps
   bool restarted_ = true;
-  double stiffness_ = 0.0;  // N/m, sum over springs and effects
-  double mass_ = 0.0;       // kg, sum over the particles
-  double balance_ = 0.0;    // J, gained since restart(); what was dissipated makes it negative
+  double balance_ = 0.0;  // J, gained since restart(); what was dissipated makes it negative
   double gain_ = 0.0, scale_ = 0.0, noise_ = 0.0;  // J, of the step checked last
   double kinetic_ = 0.0;                           // J, after it
   double h_ = 0.0;

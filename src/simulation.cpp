@@ -107,8 +107,14 @@ CommandResult Simulation::applyPin(const PinCommand& command) {
       const ModelObject& object = model_->objectOf(particles.front());
       return pins_.add(command, object, std::move(particles), state_.positions);
     }
-    case PinCommand::Action::kMove:
-      return pins_.move(command);
+    case PinCommand::Action::kMove: {
+      const auto found = pins_.all().find(command.name);
+      const CommandResult reach = found == pins_.all().end()
+                                      ? CommandResult()
+                                      : checkPinTarget(found->second, command.target, *model_,
+                                                       state_.positions, stepSize());
+      return reach.accepted() ? pins_.move(command) : reach;
+    }
     case PinCommand::Action::kRemove:
       break;
   }
@@ -116,7 +122,7 @@ CommandResult Simulation::applyPin(const PinCommand& command) {
 }
 
 CommandResult Simulation::applyShape(const ShapeCommand& command) {
-  const CommandResult result = checkShape(command, *model_);
+  const CommandResult result = checkShape(command, *model_, state_, stepSize());
   if (!result.accepted()) return result;
   Shape& shape = *model_->contact->find(command.name);
   shape.move(RigidMotion(shape.motion().at(state_.time), command.target, state_.time,
@@ -130,29 +136,63 @@ CommandResult Simulation::applyClear(const ClearCommand& command) {
 }
 
 StepReport Simulation::step() {
-  timeline_steps_ = static_cast<double>(state_.step);
+  // After a step that failed, the state may be an earlier one.
+  timeline_steps_ = std::max(timeline_steps_, static_cast<double>(state_.step));
   while (timelineDue(timeline_steps_)) {
     const Command& command = scene_.timeline[next_timed_command_++].command;
     const CommandResult result = apply(command);
     if (timeline_observer_) timeline_observer_(command, result);
   }
+  if (stepper_->mayExplode() && !kept_) keep();
   StepReport report = stepper_->step(stepSize(), pins_, loads_->total(), state_);
   if (report.status != StepStatus::kFailed) {
     ++state_.step;
     state_.time = static_cast<double>(state_.step) / scene_.rate;
     loads_->advance();
     if (scene_.effects.plasticity) yield();
+    const bool good = stepper_->mayExplode() && stepper_->vouches();
     if (scene_.effects.tearing) report.broken_springs = tear();
+    if (good) keep();
+  } else {
+    if (kept_) goBack();
+    report.message += "; the state is that of step " + std::to_string(state_.step);
   }
   totals_.add(report);
   return report;
 }
 
+void Simulation::startOver() {
+  stepper_->restart();
+  kept_.reset();
+}
+
+void Simulation::keep() {
+  if (!kept_) kept_.emplace();
+  kept_->state = state_;
+  kept_->broken = broken_;
+  kept_->rest_lengths = rest_lengths_;
+}
+
+void Simulation::goBack() {
+  if (broken_ != kept_->broken) breakSprings(kept_->broken);
+  rest_lengths_ = kept_->rest_lengths;
+  applyRestLengths();
+  state_ = kept_->state;
+  stepper_->restart();
+}
+
+void Simulation::breakSprings(const std::vector<char>& broken) {
+  broken_ = broken;
+  take(broken_.empty() ? whole_
+                       : std::make_shared<Model>(withoutSprings(scene_, *whole_, broken_)));
+}
+
 void Simulation::take(std::shared_ptr<const Model> model) {
-  stepper_.reset();
   if (model_ && model_->contact) model->contact->continueFrom(*model_->contact);
+  auto stepper = std::make_unique<Stepper>(*model, model->solver);
+  if (stepper_) stepper->continueFrom(*stepper_);
+  stepper_ = std::move(stepper);
   model_ = std::move(model);
-  stepper_ = std::make_unique<Stepper>(*model_, model_->solver);
 }
 
 std::uint32_t Simulation::tear() {
@@ -194,11 +234,7 @@ bool Simulation::continueFrom(const Simulation& other) {
       !sameObjects(*whole_, *other.whole_)) {
     return false;
   }
-  if (broken_ != other.broken_) {
-    broken_ = other.broken_;
-    take(broken_.empty() ? whole_
-                         : std::make_shared<Model>(withoutSprings(scene_, *whole_, broken_)));
-  }
+  if (broken_ != other.broken_) breakSprings(other.broken_);
   rest_lengths_ = other.rest_lengths_;
   applyRestLengths();
   state_ = other.state_;
@@ -208,7 +244,7 @@ bool Simulation::continueFrom(const Simulation& other) {
   if (model_->contact && other.model_->contact) {
     model_->contact->continueFrom(*other.model_->contact);
   }
-  stepper_->restart();
+  startOver();
   timeline_steps_ = other.timeline_steps_;
   for (next_timed_command_ = 0; timelineDue(timeline_steps_);) ++next_timed_command_;
   return true;
@@ -224,18 +260,17 @@ void Simulation::reset() {
   next_timed_command_ = 0;
   timeline_steps_ = -1.0;
   if (model_->contact) model_->contact->reset();
-  stepper_->restart();
+  startOver();
   clearForces();
   restorePins();
 }
 
 CommandResult Simulation::setState(const Vectors& positions, const Vectors& velocities) {
-  if (const CommandResult result = checkState(positions, velocities, *model_); !result.accepted()) {
-    return result;
-  }
+  const CommandResult result = checkState(positions, velocities, *model_, pins_, stepSize());
+  if (!result.accepted()) return result;
   state_.positions = positions;
   state_.velocities = velocities;
-  stepper_->restart();
+  startOver();
   return {};
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <sstream>
 
 #include "mass_spring_sim/measures.h"
 
@@ -20,8 +21,32 @@ constexpr double kStableShare = 0.75;
 // Such scenes are for implicit schemes; 2^kFinest times as many still can be counted.
 constexpr double kMostStable = 100000;
 
-/// In whole vectors, unlike allFinite().
-bool isFinite(const Vectors& a) { return (0.0 * a).sum() == 0.0; }
+/// The first particle that is not finite or beyond a limit, and which; nothing if there is none.
+std::optional<std::string> findBeyondLimits(const Model& model, const State& state) {
+  const double max_speed = Limits::kSpeedReserve * model.limits.max_speed;
+  for (Eigen::Index i = 0; i < state.positions.cols(); ++i) {
+    std::ostringstream problem;
+    const double way = (state.positions.col(i) - model.start.positions.col(i)).stableNorm();
+    const double speed = state.velocities.col(i).stableNorm();
+    if (!std::isfinite(way) || !std::isfinite(speed)) {
+      problem << "is not finite";
+    } else if (way > model.limits.max_extent) {
+      problem << "is " << way
+              << " m from where it started (limits.max_extent: " << model.limits.max_extent
+              << " m)";
+    } else if (speed > max_speed) {
+      problem << "moves at " << speed << " m/s (at most " << Limits::kSpeedReserve
+              << " times limits.max_speed: " << max_speed << " m/s)";
+    } else {
+      continue;
+    }
+    const auto particle = static_cast<std::uint32_t>(i);
+    const ModelObject& object = model.objectOf(particle);
+    return "object " + object.name + ", particle " +
+           std::to_string(particle - object.first_particle) + ' ' + problem.str();
+  }
+  return std::nullopt;
+}
 
 }  // namespace
 
@@ -34,7 +59,11 @@ Stepper::Stepper(const Model& model, const SolverOptions& options)
   } else {
     explicit_.emplace(model, options.scheme);
   }
-  if (!explicit_) energy_.emplace(model, xpbd_ ? model.springs_effect : nullptr);
+  if (explicit_) {
+    watch_.emplace(model, options.scheme);
+  } else {
+    energy_.emplace(model, options.scheme);
+  }
   if (options.accuracy) {
     // The embedded formulas are of order 2 (rk4: 3), and so is the estimate per unit of time.
     control_.emplace(*options.accuracy, options.scheme == Scheme::kRk4 ? 3 : 2);
@@ -43,6 +72,7 @@ Stepper::Stepper(const Model& model, const SolverOptions& options)
   }
   if (options.budget) budget_.emplace(*options.budget);
   pin_ends_ = pin_velocities_ = model_.start.positions;
+  farthest_start_ = model_.start.positions.colwise().norm().maxCoeff();
 }
 
 void Stepper::begin(double h, const Drive& drive, const State& state, StepReport& report) {
@@ -52,6 +82,8 @@ void Stepper::begin(double h, const Drive& drive, const State& state, StepReport
     if (drive.isPinned(i)) work_.velocities.col(i) = pin_velocities_.col(i);
   }
   if (implicit_) implicit_->stages.restore();
+  taken_ = 0;
+  if (explicit_) explicit_->beginStep();
   if (energy_) energy_->start(h, work_, drive);
   report.residual = 0.0;
   report.estimated_error = 0.0;
@@ -67,6 +99,7 @@ Stepper::Outcome Stepper::advance(Scheme scheme, double substep, double from, do
                                 ? implicit_->rosenbrock->advance(scheme, substep, then, work_)
                                 : implicit_->stages.advance(scheme, substep, then, work_);
   ++report.substeps;
+  ++taken_;
   return conclude(sub, to, drive, state, report);
 }
 
@@ -79,7 +112,7 @@ Stepper::Outcome Stepper::conclude(const SubstepReport& sub, double to, const Dr
   report.residual = std::max(report.residual, sub.residual);
   substep_error_ = sub.estimated_error;
   const bool passed = endSubstep(model_, work_.positions);
-  if (!isFinite(work_.positions) || !isFinite(work_.velocities)) return Outcome::kNotFinite;
+  if (!withinLimits()) return Outcome::kBeyondLimits;
   // Pinned particles move evenly from where they are to where the step ends.
   for (Eigen::Index i = 0; i < work_.positions.cols(); ++i) {
     if (!drive.isPinned(i)) continue;
@@ -101,7 +134,7 @@ Stepper::Outcome Stepper::attempt(Scheme scheme, int substeps, double h, const D
   for (int s = 0; s < substeps; ++s) {
     const Outcome one = advance(scheme, h / substeps, static_cast<double>(s) / substeps,
                                 static_cast<double>(s + 1) / substeps, h, drive, state, report);
-    if (one == Outcome::kNotFinite || one == Outcome::kPassedThrough) return one;
+    if (one == Outcome::kBeyondLimits || one == Outcome::kPassedThrough) return one;
     if (one == Outcome::kUnconverged) outcome = one;
     report.estimated_error = substep_error_ < 0.0 ? -1.0 : report.estimated_error + substep_error_;
   }
@@ -119,7 +152,7 @@ Stepper::Outcome Stepper::attemptSafely(int substeps, double h, const Drive& dri
     energy_->start(h / substeps, work_, then);
     const Outcome one = advance(report.scheme, h / substeps, static_cast<double>(s) / substeps,
                                 static_cast<double>(s + 1) / substeps, h, drive, state, report);
-    if (one == Outcome::kNotFinite) return one;
+    if (one == Outcome::kBeyondLimits) return one;
     if (one != Outcome::kConverged && outcome != Outcome::kPassedThrough) outcome = one;
     // Short of its root, or where the springs' energy is not convex, even implicit Euler can gain;
     // what it gains is then kinetic, as no sub-step ends above Phi at rest.
@@ -170,10 +203,11 @@ Stepper::Outcome Stepper::attemptVerlet(double h, const Drive& drive, const Stat
     const int substeps = static_cast<int>(least) << control_->level();
     const SubstepReport sub = explicit_->advanceVerlet(substeps, h, drive, work_);
     report.substeps += static_cast<std::uint32_t>(substeps);
+    taken_ = substeps;
     const Outcome outcome = conclude(sub, 1.0, drive, state, report);
     report.estimated_error = sub.estimated_error;
     if (control_->accepts(sub.estimated_error, h)) return outcome;
-    if (control_->level() == ErrorControl::kFinest) return Outcome::kNotFinite;
+    if (control_->level() == ErrorControl::kFinest) return Outcome::kBeyondLimits;
     ++report.rejected;
   }
 }
@@ -199,7 +233,7 @@ Stepper::Outcome Stepper::attemptWithin(double h, const Drive& drive, const Stat
     const double spent = budget_->spent();
     const Outcome one = advance(scheme, (to - at) * h, at, to, h, drive, state, report);
     budget_->learn(cheap, budget_->spent() - spent);
-    if (one == Outcome::kNotFinite) return one;
+    if (one == Outcome::kBeyondLimits) return one;
     if (one != Outcome::kConverged && outcome != Outcome::kPassedThrough) outcome = one;
     report.estimated_error = substep_error_ < 0.0 ? -1.0 : report.estimated_error + substep_error_;
     at = to;
@@ -230,7 +264,7 @@ StepReport Stepper::step(double h, const Pins& pins, const Vectors* loads, State
 
   // A budget that is spent pays for no other attempt.
   const bool spent = budget_ && energy_ && outcome != Outcome::kConverged &&
-                     outcome != Outcome::kNotFinite && energy_->slowDown(work_, drive);
+                     outcome != Outcome::kBeyondLimits && energy_->slowDown(work_, drive);
   if (spent) {
     report.status = StepStatus::kDegraded;
     report.message = name(report.scheme) + std::string(" ") +
@@ -241,7 +275,7 @@ StepReport Stepper::step(double h, const Pins& pins, const Vectors* loads, State
     const char* why = outcome == Outcome::kUnconverged     ? "did not converge"
                       : outcome == Outcome::kGainedEnergy  ? "gained energy"
                       : outcome == Outcome::kPassedThrough ? "let parts pass through one another"
-                                                           : "was not finite";
+                                                           : "left the limits of the scene";
     const std::string first = name(report.scheme);
     const int substeps = options_.substeps * (control_ ? 1 << control_->level() : 1);
     int refined = substeps;
@@ -266,13 +300,23 @@ StepReport Stepper::step(double h, const Pins& pins, const Vectors* loads, State
     }
   }
   if (budget_) report.budget_used = budget_->spent() / budget_->seconds();
-  if (outcome == Outcome::kNotFinite) {
+  if (outcome == Outcome::kBeyondLimits) {
     report.status = StepStatus::kFailed;
-    report.message = whereNotFinite();
+    report.message = whyFailed();
     return report;
   }
   if (implicit_) implicit_->stages.keep();
   if (energy_) energy_->accept();
+  if (watch_) {
+    const int evaluations = report.scheme == Scheme::kRk4 ? 4 : 1;
+    watch_->observe({h, h / taken_, evaluations * taken_, explicit_->pinWork()}, state, work_,
+                    drive);
+    if (watch_->gained()) {
+      report.status = StepStatus::kDegraded;
+      report.message += (report.message.empty() ? "" : "; ") + std::string(name(report.scheme)) +
+                        " gained energy: the step is too large for an explicit scheme";
+    }
+  }
   state.positions.swap(work_.positions);
   state.velocities.swap(work_.velocities);
   return report;
@@ -280,17 +324,29 @@ StepReport Stepper::step(double h, const Pins& pins, const Vectors* loads, State
 
 void Stepper::restart() {
   if (energy_) energy_->restart();
+  if (watch_) watch_->restart();
   if (!implicit_) return;
   implicit_->system.restart();
   implicit_->stages.forget();
 }
 
-std::string Stepper::whereNotFinite() const {
-  const std::uint32_t particle = firstNotFinite(work_).value();
-  const ModelObject& object = model_.objectOf(particle);
-  std::string message = "object " + object.name + ", particle " +
-                        std::to_string(particle - object.first_particle) + " is not finite after " +
-                        name(options_.scheme);
+void Stepper::continueFrom(const Stepper& other) {
+  if (watch_ && other.watch_) watch_->continueFrom(*other.watch_);
+}
+
+bool Stepper::withinLimits() const {
+  // Where all particles together are within, each of them is. Sums that are no number are not.
+  const double extent = model_.limits.max_extent - farthest_start_;
+  const double speed = Limits::kSpeedReserve * model_.limits.max_speed;
+  if (extent > 0.0 && work_.positions.squaredNorm() <= extent * extent &&
+      work_.velocities.squaredNorm() <= speed * speed) {
+    return true;
+  }
+  return !findBeyondLimits(model_, work_).has_value();
+}
+
+std::string Stepper::whyFailed() const {
+  std::string message = findBeyondLimits(model_, work_).value() + " after " + name(options_.scheme);
   if (explicit_) message += ": the step is too large for an explicit scheme";
   return message;
 }

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "energy_check.h"
+#include "energy_watch.h"
 #include "error_control.h"
 #include "loads.h"
 #include "local_spectrum.h"
@@ -19,11 +20,13 @@
 namespace mass_spring {
 
 /// Advances a state by whole steps with the scheme asked for, in the sub-steps asked for, or as
-/// many as an accuracy needs or a budget buys. A step that does not converge, is not finite or
-/// gains energy that nothing gave it, or lets parts pass through one another, is redone: with 2, 4,
-/// 8 times the sub-steps, then by implicit Euler with its line search, which descends on a function
-/// bounded below and therefore always ends (xpbd by itself, slowed down where it gained energy).
-/// What happened is in the report; a step that fails leaves the state untouched.
+/// many as an accuracy needs or a budget buys. A step that does not converge, leaves the limits of
+/// the scene or lets parts pass through one another, or in which an implicit scheme gains energy
+/// that nothing gave it, is redone: with 2, 4, 8 times the sub-steps, then by implicit Euler with
+/// its line search, which descends on a function bounded below and therefore always ends (xpbd by
+/// itself, slowed down where it gained energy). Explicit schemes have no such last resort: a step
+/// in which they gained energy is degraded, and taken. The report says what happened; a step that
+/// fails leaves the state untouched.
 class Stepper {
  public:
   /// @param options  with a scheme that is not auto
@@ -35,10 +38,18 @@ class Stepper {
   StepReport step(double h, const Pins& pins, const Vectors* loads, State& state);
   /// The next step does not follow the last one: forgets what was kept of it.
   void restart();
+  /// May the state after the last step be gone back to when a later one fails? It may, unless an
+  /// explicit scheme made it and all of its energy has not been looked at, or was too much.
+  bool vouches() const { return !watch_ || watch_->vouches(); }
+  /// Does a step that fails leave a state that may have been exploding for some steps?
+  bool mayExplode() const { return watch_.has_value(); }
+  /// Goes on from another stepper, of a model of the same particles: with what that knew of the
+  /// energy.
+  void continueFrom(const Stepper& other);
   std::size_t matrixNonzeros() const { return implicit_ ? implicit_->system.nonzeros() : 0; }
 
  private:
-  enum class Outcome { kConverged, kUnconverged, kGainedEnergy, kPassedThrough, kNotFinite };
+  enum class Outcome { kConverged, kUnconverged, kGainedEnergy, kPassedThrough, kBeyondLimits };
   static bool isRosenbrock(Scheme scheme) {
     return scheme == Scheme::kLinearImplicitEuler || scheme == Scheme::kRos3;
   }
@@ -73,7 +84,9 @@ class Stepper {
   Outcome conclude(const SubstepReport& sub, double to, const Drive& drive, const State& state,
                    StepReport& report);
   Outcome end(Outcome outcome, const Drive& drive);
-  std::string whereNotFinite() const;
+  /// Is work_ finite, and within the model's limits?
+  bool withinLimits() const;
+  std::string whyFailed() const;
 
   const Model& model_;
   SolverOptions options_;
@@ -81,12 +94,15 @@ class Stepper {
   std::optional<Implicit> implicit_;
   std::optional<Xpbd> xpbd_;
   std::optional<EnergyCheck> energy_;  // of what is stable at any step
+  std::optional<EnergyWatch> watch_;   // of explicit schemes
   std::optional<ErrorControl> control_;
   std::optional<LocalSpectrum> spectrum_;  // symplectic Euler with an accuracy
   std::optional<StepBudget> budget_;
   State work_;
   State before_substep_;               // only with an accuracy
   Vectors pin_ends_, pin_velocities_;  // pinned columns
+  double farthest_start_ = 0.0;        // m, from the origin
+  int taken_ = 0;                      // sub-steps, in the last attempt
   double substep_error_ = 0.0;         // m, estimate of the last sub-step; -1 = none
 };
 

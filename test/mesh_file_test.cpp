@@ -169,7 +169,8 @@ TEST(MeshFile, IsReadWithTheScene) {
   EXPECT_EQ(mesh.triangles.size(), 1u);
   EXPECT_EQ(problemsOf(text),
             std::vector<std::string>{"objects.skin.file: got 'meshes/t.obj', expected package:// "
-                                     "or an absolute path"});
+                                     "or an absolute path; a relative one needs scene_file, "
+                                     "the path of the scene"});
 }
 
 }  // namespace

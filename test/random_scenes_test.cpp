@@ -82,8 +82,9 @@ TEST(RandomSceneFiles, CoverTheirRanges) {
   EXPECT_GT(heaviest / lightest, 0.9e6);
 }
 
-/// The last lines of a CSV of states: positions and velocities of the last step written.
-void readLastState(const std::string& file, Vectors& positions, Vectors& velocities) {
+/// Positions and velocities of a step in a CSV of states.
+void readState(const std::string& file, std::uint64_t wanted, Vectors& positions,
+               Vectors& velocities) {
   std::ifstream lines(file);
   std::string line;
   std::getline(lines, line);
@@ -93,6 +94,7 @@ void readLastState(const std::string& file, Vectors& positions, Vectors& velocit
     double step = 0.0, time = 0.0;
     Eigen::Index particle = 0;
     numbers >> step >> time >> particle;
+    if (step != static_cast<double>(wanted)) continue;
     for (Vectors* vectors : {&positions, &velocities}) {
       for (int axis = 0; axis < 3; ++axis) {
         std::string number;
@@ -134,7 +136,7 @@ TEST(RandomSceneFiles, ReproduceWithSimulate) {
     }
     Vectors positions = Vectors::Zero(3, simulation.model().particleCount());
     Vectors velocities = positions;
-    readLastState(csv, positions, velocities);
+    readState(csv, simulation.state().step, positions, velocities);
     EXPECT_EQ(positions, simulation.state().positions) << text;
     EXPECT_EQ(velocities, simulation.state().velocities) << text;
   }

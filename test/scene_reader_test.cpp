@@ -95,6 +95,8 @@ TEST(SceneReader, LeavesDefaultsWhereNothingIsGiven) {
   EXPECT_EQ(scene.solver.newton_tolerance, 1e-6);
   EXPECT_EQ(scene.publish.state, 100.0);
   EXPECT_EQ(scene.limits.max_force, 1e6);
+  EXPECT_EQ(scene.limits.max_speed, 1e3);
+  EXPECT_EQ(scene.limits.max_extent, 1e6);
   EXPECT_FALSE(scene.effects.gravity);
   EXPECT_TRUE(scene.pins.empty());
   EXPECT_EQ(scene.objects[0].color, Object().color);
@@ -108,7 +110,7 @@ TEST(SceneReader, ReadsSolverPublishAndLimits) {
                         " linear_tolerance: 1.0e-8, max_linear_iterations: 9, budget: 0.005,"
                         " threads: 2}");
   put(tree, "publish", "{markers: 1, state: 0, stats: 3.5}");
-  put(tree, "limits", "{max_force: 1e3}");
+  put(tree, "limits", "{max_force: 1e3, max_speed: 20, max_extent: 5.0}");
   put(tree, "start_paused", "yes");
   const Scene scene = read(tree);
   EXPECT_EQ(scene.solver.scheme, Scheme::kLinearImplicitEuler);
@@ -125,6 +127,8 @@ TEST(SceneReader, ReadsSolverPublishAndLimits) {
   EXPECT_EQ(scene.publish.state, 0.0);
   EXPECT_EQ(scene.publish.stats, 3.5);
   EXPECT_EQ(scene.limits.max_force, 1000.0);
+  EXPECT_EQ(scene.limits.max_speed, 20.0);
+  EXPECT_EQ(scene.limits.max_extent, 5.0);
   EXPECT_TRUE(scene.start_paused);
 }
 
@@ -314,10 +318,79 @@ TEST(SceneReader, RefusesEachBadValueByName) {
       {"publish.state", "10001",
        "publish.state: got 10001, expected a number in [0, 10000] (Hz, 0 = never)"},
       {"limits.max_force", "0", "limits.max_force: got 0, expected a number > 0 (N)"},
+      {"limits.max_speed", "0",
+       "limits.max_speed: got 0, expected a number in [1.0e-06, 1.0e+09] (m/s)"},
+      {"limits.max_extent", "1e10",
+       "limits.max_extent: got 1.0e+10, expected a number in [1.0e-06, 1.0e+09] (m)"},
   };
   for (const BadValue& row : rows) {
     EXPECT_EQ(problemsOf(sceneWith(row.path, row.value)), Lines{row.problem})
         << row.path << ": " << row.value;
+  }
+}
+
+// Single precision, in which markers and points are, holds no more than 3.4e38.
+TEST(SceneReader, RefusesPlacesThatSinglePrecisionCannotHold) {
+  const std::string too_far = ": got 1.0e+300 m, expected at most 1000000000.0 m";
+  for (const char* path : {"objects.cable.start", "objects.cable.end", "objects.sheet.position",
+                           "objects.block.position", "objects.net.positions[1]",
+                           "timeline[1].pin.target", "timeline[2].pin.target"}) {
+    EXPECT_EQ(problemsOf(sceneWith(path, "[0, -1e300, 0]")), Lines{path + too_far});
+    EXPECT_TRUE(problemsOf(sceneWith(path, "[0, -1e9, 0]")).empty()) << path;
+  }
+  EXPECT_EQ(problemsOf(sceneWith("objects.sheet.size", "[1e300, 1]")),
+            Lines{"objects.sheet.size" + too_far});
+  EXPECT_EQ(
+      problemsOf(sceneWith("objects.net.velocities", "[[1e300, 0, 0], [0, 0, 0], [0, 0, 0]]")),
+      Lines{"objects.net.velocities[0]: got 1.0e+300 m/s, expected at most 1000000000.0 m/s"});
+  for (const auto& [shape, key] :
+       {std::pair("{type: plane, point: [1e300, 0, 0], normal: [0, 0, 1]}", "point"),
+        std::pair("{type: sphere, center: [1e300, 0, 0], radius: 1}", "center"),
+        std::pair("{type: sphere, center: [0, 0, 0], radius: 1e300}", "radius"),
+        std::pair("{type: box, center: [1e300, 0, 0], size: [1, 1, 1]}", "center"),
+        std::pair("{type: box, center: [0, 0, 0], size: [1, 1e300, 1]}", "size"),
+        std::pair("{type: capsule, start: [1e300, 0, 0], end: [0, 0, 0], radius: 1}", "start"),
+        std::pair("{type: capsule, start: [0, 0, 0], end: [1e300, 0, 0], radius: 1}", "end"),
+        std::pair("{type: capsule, start: [0, 0, 0], end: [1, 0, 0], radius: 1e300}", "radius")}) {
+    Tree tree = sceneWith("effects.contact", "{stiffness: 10}");
+    put(tree, "effects.contact.shapes", std::string("{it: ") + shape + "}");
+    EXPECT_EQ(problemsOf(tree), Lines{std::string("effects.contact.shapes.it.") + key + too_far});
+  }
+}
+
+TEST(SceneReader, RefusesMeshesThatSinglePrecisionCannotHold) {
+  const TemporaryFolder folder;
+  folder.write("far.obj", "v 0 0 0\nv 1 0 0\nv 0 2e9 0\nf 1 2 3\n");
+  const auto problems = [&](const std::string& scale) {
+    try {
+      readScene(readYamlText("objects: {skin: {type: mesh, file: far.obj, mass: 1, stiffness: 10" +
+                                 scale + "}}",
+                             "scene"),
+                folder.path());
+    } catch (const SceneError& error) {
+      return error.problems();
+    }
+    return Lines();
+  };
+  EXPECT_EQ(problems(""), Lines{"objects.skin.file: got 2000000000.0 m from the origin of the "
+                                "file, expected at most 1000000000.0 m from the origin of the "
+                                "file"});
+  EXPECT_EQ(problems(", scale: 2"), Lines{"objects.skin.scale: got 4000000000.0 m from the origin "
+                                          "of the file, expected at most 1000000000.0 m from the "
+                                          "origin of the file"});
+  EXPECT_EQ(problems(", scale: 0.5"), Lines());
+}
+
+// ~state is published with each step, until that is more often than clients expect.
+TEST(SceneReader, StatesArePublishedAtTheRateOfTheSceneByDefault) {
+  for (const auto& [rate, expected] : {std::pair("60", 60.0), std::pair("250", 250.0),
+                                       std::pair("1000", 1000.0), std::pair("4000", 1000.0)}) {
+    Tree tree = sceneWith("rate", rate);
+    EXPECT_EQ(read(tree).publish.state, expected) << rate;
+    put(tree, "publish.markers", "5");
+    EXPECT_EQ(read(tree).publish.state, expected) << rate;
+    put(tree, "publish.state", "20");
+    EXPECT_EQ(read(tree).publish.state, 20.0) << rate;
   }
 }
 
@@ -327,7 +400,7 @@ TEST(SceneReader, RefusesUnknownKeysEverywhere) {
        {"gravity", "solver.cores", "objects.cable.file", "objects.sheet.points",
         "objects.block.segments", "objects.net.size", "pins.left.frame", "effects.sun",
         "effects.gravity.strength", "timeline[0].command", "timeline[0].force.frame",
-        "timeline[1].pin.forces", "timeline[3].pin.target", "publish.force", "limits.max_speed"}) {
+        "timeline[1].pin.forces", "timeline[3].pin.target", "publish.force", "limits.max_mass"}) {
     const Lines problems = problemsOf(sceneWith(path, "1"));
     ASSERT_EQ(problems.size(), 1u) << path;
     EXPECT_EQ(problems[0].find(path + std::string(": got an unknown key, expected one of ")), 0u)
@@ -340,7 +413,8 @@ TEST(SceneReader, NamesTheNearestKnownKey) {
             Lines{"publish.stat: got an unknown key, expected one of markers, state, "
                   "points, pins, contacts, stats (did you mean 'state'?)"});
   EXPECT_EQ(problemsOf(sceneWith("limits.velocity", "1")),
-            Lines{"limits.velocity: got an unknown key, expected one of max_force"});
+            Lines{"limits.velocity: got an unknown key, expected one of max_force, max_speed, "
+                  "max_extent"});
 }
 
 TEST(SceneReader, CollectsEveryProblem) {

@@ -60,10 +60,20 @@ TEST(SceneYaml, SpellsOutDefaults) {
       toYaml(parsed("objects: {dot: {type: particles, positions: [[0, 0, 0]], masses: 1}}"));
   for (const char* line :
        {"frame_id: world\n", "rate: 100.0\n", "start_paused: false\n", "  scheme: tr_bdf2\n",
-        "  newton_tolerance: 1.0e-06\n", "  markers: 30.0\n", "  max_force: 1000000.0\n",
+        "  newton_tolerance: 1.0e-06\n", "  markers: 30.0\n", "  state: 100.0\n",
+        "  max_force: 1000000.0\n", "  max_speed: 1000.0\n", "  max_extent: 1000000.0\n",
         "    velocities: [[0.0, 0.0, 0.0]]\n"}) {
     EXPECT_NE(yaml.find(line), std::string::npos) << line << yaml;
   }
+  EXPECT_EQ(toYaml(parsed(yaml)), yaml);
+}
+
+// What is written is what was resolved: another rate would resolve to another number.
+TEST(SceneYaml, WritesTheRateOfStatesThatFollowsTheRateOfTheScene) {
+  const std::string yaml =
+      toYaml(parsed("rate: 400\n"
+                    "objects: {dot: {type: particles, positions: [[0, 0, 0]], masses: 1}}"));
+  EXPECT_NE(yaml.find("  state: 400.0\n"), std::string::npos) << yaml;
   EXPECT_EQ(toYaml(parsed(yaml)), yaml);
 }
 

@@ -136,7 +136,7 @@ TEST(Xpbd, IsSlowedDownWhereMoreMovesThanThereWas) {
   const Model model = buildModel(scene);
   const std::vector<char> pinned = {1, 0};
   const Drive drive{pinned, nullptr, 0.0};
-  EnergyCheck check(model, model.springs_effect);
+  EnergyCheck check(model, Scheme::kXpbd);
   check.start(1.0 / 60.0, model.start, drive);
   State end = model.start;
   const double most = std::sqrt(2.0 * 1.25 / 0.3);  // m/s

@@ -57,6 +57,7 @@ struct Model {
   Springs* springs_effect = nullptr;             ///< one of the effects; nullptr if it is absent
   Contact* contact = nullptr;                    ///< likewise
   std::shared_ptr<const BlockPattern> pattern;   ///< of the step matrix; only for implicit schemes
+  Limits limits;                                 ///< of the scene
   SolverOptions solver;       ///< of the scene, with auto decided: a scheme and its sub-steps
   std::string scheme_reason;  ///< what auto chose and why; empty if it had nothing to choose
   std::shared_ptr<ThreadPool> threads;  ///< for whoever computes with this model

@@ -210,7 +210,7 @@ struct TimedCommand {
 /// Hz of simulated time, [0, 10000]; 0 = never.
 struct PublishRates {
   double markers = 30.0;
-  double state = 100.0;
+  double state = 100.0;  ///< the reader's default is the rate of the scene, at most 1000 Hz
   double points = 30.0;
   double pins = 100.0;
   double contacts = 100.0;
@@ -219,7 +219,20 @@ struct PublishRates {
 
 struct Limits {
   double max_force = 1e6;  ///< N per particle, > 0; larger commands are refused
+  /// m/s, [1e-6, 1e9]: so fast a command may lead a pin or a shape, or a state be that is set. A
+  /// step in which a particle is kSpeedReserve times as fast has failed.
+  double max_speed = 1e3;
+  /// m, [1e-6, 1e9]: so far from where it started a command may lead a pin or a shape. A step in
+  /// which a particle is farther than that from where it started has failed.
+  double max_extent = 1e6;
+
+  static constexpr double kSpeedReserve = 1000.0;
 };
+
+/// The reader takes no position, length [m] or start velocity [m/s] with a coordinate above that,
+/// and no limit above it. Single precision then holds with 26 decades to spare where particles and
+/// shapes can get.
+constexpr double kLargestCoordinate = 1e9;
 
 /// What the user asked for: plain data, validated by the reader. Objects, pins in bytewise order of
 /// their names, the timeline in order of time (and of the file where times are equal).

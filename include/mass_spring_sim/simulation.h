@@ -3,6 +3,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -58,6 +59,12 @@ class Simulation {
 
   /// Applies what the timeline has due, then advances by 1 / rate. After a step that did not fail,
   /// springs yield and break where the scene calls for that.
+  ///
+  /// A step that fails leaves the last good state: the one before it, or with explicit schemes,
+  /// which explode over several steps, the last one whose energy was looked at and was no more than
+  /// was given. Positions, velocities, step, time, rest lengths and broken springs go back to it
+  /// together. Commands are neither undone nor repeated: pins, forces and shapes are as they were,
+  /// and the timeline goes on with what has not been applied.
   StepReport step();
 
   /// Takes up where another simulation stands: state, broken springs, rest lengths, pins, forces,
@@ -68,7 +75,7 @@ class Simulation {
 
   /// Puts all particles somewhere else [m, m/s; 3 x particles]. Time, springs, pins and forces go
   /// on as they are: where a pin holds a particle, the next step takes it there. Refused, naming
-  /// the first, if there are more or fewer, or values that are not finite.
+  /// the first, if there are more or fewer, or values that are not finite or beyond the limits.
   CommandResult setState(const Vectors& positions, const Vectors& velocities);
 
   /// Back to the start: state, springs, pins of the scene, timeline; forces cleared, totals zero.
@@ -89,6 +96,14 @@ class Simulation {
   void yield();
   /// Those of the springs become rest_lengths_, or as built.
   void applyRestLengths();
+  /// The state does not follow the last step.
+  void startOver();
+  /// The state becomes one to go back to.
+  void keep();
+  /// To the last state that was kept.
+  void goBack();
+  /// Goes on with the springs of the whole but these.
+  void breakSprings(const std::vector<char>& broken);
   /// Is the next command of the timeline due when so many steps are done?
   bool timelineDue(double steps) const;
 
@@ -98,6 +113,12 @@ class Simulation {
   std::vector<char> broken_;            // per spring of the whole; empty if none is
   std::vector<double> rest_lengths_;    // m, per spring of the model; empty if as built
   State state_;
+  struct Kept {
+    State state;
+    std::vector<char> broken;
+    std::vector<double> rest_lengths;
+  };
+  std::optional<Kept> kept_;  // to go back to; only with explicit schemes
   Pins pins_;
   StepTotals totals_;
   std::unique_ptr<Loads> loads_;

@@ -10,7 +10,7 @@ namespace mass_spring {
 enum class StepStatus : std::uint8_t {
   kConverged,  ///< to the tolerances asked for
   kDegraded,   ///< finite, but another way than asked for: see the message
-  kFailed,     ///< not finite; the state is the one before the step
+  kFailed,     ///< not finite, or beyond the limits; the state is one before the step
 };
 
 /// "converged", "degraded", "failed"

@@ -87,6 +87,15 @@ Eigen::Vector3d Shape::spin() const {
   return motion_.spin();
 }
 
+std::optional<double> Shape::radius() const {
+  if (const auto* sphere = std::get_if<Sphere>(&geometry_)) return sphere->radius;
+  if (const auto* box = std::get_if<Box>(&geometry_)) return box->half.norm();
+  if (const auto* capsule = std::get_if<Capsule>(&geometry_)) {
+    return capsule->half + capsule->radius;
+  }
+  return std::nullopt;
+}
+
 double Shape::distance(const Eigen::Vector3d& point) const {
   const Eigen::Vector3d p =
       geometry_pose_.linear().transpose() * (point - geometry_pose_.translation());

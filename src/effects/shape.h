@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <optional>
 #include <string>
 #include <variant>
 
@@ -43,6 +44,8 @@ class Shape {
 
   /// Of the geometry: the body's, with z along a capsule and out of a plane.
   Eigen::Isometry3d geometryPose() const { return geometry_pose_; }
+  /// m, from the origin to the farthest place on the surface; nothing for a plane, which has none.
+  std::optional<double> radius() const;
   /// m, from a point of the scene to the surface, < 0 inside.
   double distance(const Eigen::Vector3d& point) const;
   /// Where the nearest place on the surface is not unique (the middle of a sphere, the ridges

@@ -97,9 +97,11 @@ void Clock::advance(double sim_time, std::optional<Pace> due) {
   }
 }
 
-void Clock::restart() {
-  start_ = stamp();
-  set(source_ == Source::kMaster ? start_ : now());
+void Clock::restart(double sim_time) {
+  if (source_ != Source::kMaster) return set(now());
+  const ros::Time last = stamp();
+  start_ = last - ros::Duration(sim_time);
+  set(last);
 }
 
 void Clock::repeat() {

@@ -37,8 +37,8 @@ class Clock {
   /// @param sim_time  s since start or reset
   /// @param due       when it was to be, if a clock that is followed said so
   void advance(double sim_time, std::optional<Pace> due);
-  /// Simulated time starts again at 0; the clock stands still until the next step.
-  void restart();
+  /// Simulated time goes on from there [s]; the clock stands still until the next step.
+  void restart(double sim_time);
   /// Publishes /clock unchanged if it has not been published for a while, so that nodes which
   /// come while the simulation is paused know the time.
   void repeat();

@@ -44,9 +44,12 @@ Commands::Commands(ros::NodeHandle nh, ros::NodeHandle target_nh, const Frames& 
       force_(subscribe<ForceCommand, mass_spring_sim::ForceCommand>(topics::kForce)),
       pin_(subscribe<PinCommand, mass_spring_sim::PinCommand>(topics::kPin)),
       shape_(subscribe<ShapeCommand, mass_spring_sim::ShapeCommand>(topics::kShape)) {
-  loop_.observePins([this](std::vector<std::string> pins) {
+  loop_.observeNames([this](Names names) {
     target_nh_.getCallbackQueue()->addCallback(
-        boost::make_shared<Job>([this, pins = std::move(pins)] { listenTo(pins); }));
+        boost::make_shared<Job>([this, names = std::move(names)] {
+          listenTo(names.pins);
+          publishers_.offerWrenches(names);
+        }));
   });
 }
 

@@ -265,10 +265,16 @@ mass_spring_sim::ParticleStates toMessage(const State& state) {
   return message;
 }
 
+geometry_msgs::Wrench wrenchIn(const Pose& frame, Wrench wrench, const Eigen::Vector3d& about) {
+  const Eigen::Quaterniond to_frame = frame.orientation.conjugate();
+  wrench.torque += (about - frame.position).cross(wrench.force);
+  return fromWrench({to_frame * wrench.force, to_frame * wrench.torque});
+}
+
 mass_spring_sim::PinStates pinStates(const Simulation& simulation,
+                                     const std::map<std::string, Wrench>& wrenches,
                                      const std::set<std::string>& stale) {
   mass_spring_sim::PinStates message;
-  const auto wrenches = simulation.pinWrenches();
   for (const auto& [name, pin] : simulation.pins().all()) {
     mass_spring_sim::PinState& state = message.pins.emplace_back();
     state.name = name;
@@ -286,12 +292,12 @@ mass_spring_sim::PinStates pinStates(const Simulation& simulation,
 }
 
 mass_spring_sim::Contacts contacts(const Simulation& simulation,
+                                   const std::map<std::string, Wrench>& wrenches,
                                    const std::set<std::string>& stale) {
   mass_spring_sim::Contacts message;
   const State& state = simulation.state();
   message.step = state.step;
   message.sim_time = state.time;
-  const auto wrenches = simulation.shapeWrenches();
   for (const Shape& shape : simulation.model().contact->shapes()) {
     mass_spring_sim::ShapeState& entry = message.shapes.emplace_back();
     entry.name = shape.name();

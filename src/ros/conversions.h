@@ -1,6 +1,7 @@
 #pragma once
 
 #include <geometry_msgs/PoseStamped.h>
+#include <geometry_msgs/Wrench.h>
 #include <mass_spring_sim/AppliedCommand.h>
 #include <mass_spring_sim/Contacts.h>
 #include <mass_spring_sim/ForceCommand.h>
@@ -13,10 +14,12 @@
 
 #include <Eigen/Geometry>
 #include <functional>
+#include <map>
 #include <set>
 #include <string>
 
 #include "mass_spring_sim/command.h"
+#include "mass_spring_sim/measures.h"
 #include "mass_spring_sim/model.h"
 #include "mass_spring_sim/simulation.h"
 #include "mass_spring_sim/state.h"
@@ -53,11 +56,17 @@ mass_spring_sim::Topology toMessage(const Model& model);
 sensor_msgs::PointCloud2 pointCloud(const Model& model, const State& state);
 
 // Between steps; the header is left to the caller.
-/// @param stale  names of pins, of shapes, whose frames are lost
+/// @param wrenches  on the pins, on the shapes
+/// @param stale     names of pins, of shapes, whose frames are lost
 mass_spring_sim::PinStates pinStates(const Simulation& simulation,
+                                     const std::map<std::string, Wrench>& wrenches,
                                      const std::set<std::string>& stale);
+/// A wrench about a point, in the axes of the scene, as a sensor in a frame would tell it: about
+/// the frame's origin and in its axes.
+geometry_msgs::Wrench wrenchIn(const Pose& frame, Wrench wrench, const Eigen::Vector3d& about);
 /// @param simulation  with contact
 mass_spring_sim::Contacts contacts(const Simulation& simulation,
+                                   const std::map<std::string, Wrench>& wrenches,
                                    const std::set<std::string>& stale);
 
 }  // namespace mass_spring

@@ -2,6 +2,8 @@
 
 #include <ros/console.h>
 
+#include <algorithm>
+
 #include "effects/contact.h"
 
 namespace mass_spring {
@@ -9,9 +11,21 @@ namespace mass_spring {
 namespace {
 
 const ros::Duration kLost(1.0);
+constexpr std::chrono::seconds kPatience(1);
 
 bool same(const Pose& a, const Pose& b) {
   return a.position == b.position && a.orientation.coeffs() == b.orientation.coeffs();
+}
+
+bool isLast(const std::map<std::string, Pose>& led, const std::string& name, const Pose& target) {
+  const auto last = led.find(name);
+  return last != led.end() && same(last->second, target);
+}
+
+/// Of what moves along and turns at once, each may use half of limits.max_speed, but for rounding
+/// [m/s].
+double fastestOf(const Simulation& simulation) {
+  return 0.499 * simulation.scene().limits.max_speed;
 }
 
 /// Erases those for which there is no pin (any more).
@@ -26,42 +40,55 @@ void forgetOthers(const std::map<std::string, Pin>& pins, Names& names, NameOf n
 
 std::vector<Command> FrameFollower::lead(const Simulation& simulation) {
   std::vector<Command> commands;
-  const ros::Time now = ros::Time::now();
-  leadShapes(simulation, now, commands);
-  leadPins(simulation, now, commands);
+  places_.clear();
+  leadShapes(simulation, commands);
+  leadPins(simulation, commands);
   return commands;
 }
 
-void FrameFollower::leadShapes(const Simulation& simulation, const ros::Time& now,
-                               std::vector<Command>& commands) {
+bool FrameFollower::leads(const std::string& name, const Pin& pin) const {
+  return isLast(led_pins_, name, pin.target);
+}
+
+bool FrameFollower::leads(const Shape& shape) const {
+  return isLast(led_shapes_, shape.name(), shape.motion().target());
+}
+
+void FrameFollower::leadShapes(const Simulation& simulation, std::vector<Command>& commands) {
   const auto& contact = simulation.scene().effects.contact;
   if (!contact) return;
   for (const ContactShape& shape : contact->shapes) {
     if (shape.follow_frame.empty()) continue;
-    const auto frame = find(shape.follow_frame, "shape", shape.name, now, stale_shapes_);
+    const auto frame = find(shape.follow_frame, "shape", shape.name, simulation, stale_shapes_);
     if (!frame) continue;
     const Shape& body = *simulation.model().contact->find(shape.name);
     Pose target;
     target.position = frame->position + frame->orientation * body.start().position;
     target.orientation = frame->orientation * body.start().orientation;
-    if (!same(target, body.motion().target())) {
-      commands.push_back(ShapeCommand{shape.name, target, 0.0});
-    }
+    led_shapes_[shape.name] = target;
+    if (same(target, body.motion().target())) continue;
+    const State& state = simulation.state();
+    const Pose now = body.motion().at(state.time);
+    const double radius = body.radius().value_or(
+        (state.positions.colwise() - now.position).colwise().norm().maxCoeff());
+    const double way = std::max((target.position - now.position).norm(),
+                                radius * now.orientation.angularDistance(target.orientation));
+    const double duration = way / fastestOf(simulation);
+    commands.push_back(
+        ShapeCommand{shape.name, target, duration > simulation.stepSize() ? duration : 0.0});
   }
 }
 
-void FrameFollower::leadPins(const Simulation& simulation, const ros::Time& now,
-                             std::vector<Command>& commands) {
+void FrameFollower::leadPins(const Simulation& simulation, std::vector<Command>& commands) {
   for (const auto& [name, pin] : simulation.pins().all()) {
     if (pin.follow_frame.empty()) continue;
-    const auto frame = find(pin.follow_frame, "pin", name, now, stale_pins_);
+    const auto frame = find(pin.follow_frame, "pin", name, simulation, stale_pins_);
     if (!frame) continue;
     PinCommand command;
     command.name = name;
     command.follow_frame = pin.follow_frame;
     command.target = *frame;
-    const auto led = led_.find(name);
-    if (led != led_.end() && same(led->second, pin.target)) {
+    if (leads(name, pin)) {
       if (same(*frame, pin.target)) continue;
       command.action = PinCommand::Action::kMove;
     } else {
@@ -75,38 +102,66 @@ void FrameFollower::leadPins(const Simulation& simulation, const ros::Time& now,
         command.particles.push_back(particle - object.first_particle);
       }
     }
-    led_[name] = *frame;
+    led_pins_[name] = *frame;
     commands.push_back(std::move(command));
   }
   const auto& pins = simulation.pins().all();
-  forgetOthers(pins, led_, [](const auto& entry) { return entry.first; });
+  forgetOthers(pins, led_pins_, [](const auto& entry) { return entry.first; });
   forgetOthers(pins, stale_pins_, [](const std::string& name) { return name; });
 }
 
 std::optional<Pose> FrameFollower::find(const std::string& frame, const char* kind,
-                                        const std::string& name, const ros::Time& now,
+                                        const std::string& name, const Simulation& simulation,
                                         std::set<std::string>& stale) {
-  std::string lost;
+  auto known = places_.find(frame);
+  if (known == places_.end()) known = places_.emplace(frame, look(frame, simulation)).first;
+  const Place& place = known->second;
+  if (place.pose) {
+    if (stale.erase(name) > 0) {
+      ROS_INFO_STREAM("The " << kind << ' ' << name << " follows its frame " << frame << '.');
+    }
+  } else if (!place.awaited && stale.insert(name).second) {
+    ROS_WARN_STREAM("The " << kind << ' ' << name << " stays where it is: its frame " << frame
+                           << " is lost: " << place.problem);
+  }
+  return place.pose;
+}
+
+double FrameFollower::reach(const std::string& frame, const Simulation& simulation) const {
+  double reach = 1e-3;
+  for (const auto& [name, pin] : simulation.pins().all()) {
+    if (pin.follow_frame != frame || !leads(name, pin)) continue;
+    for (const Eigen::Vector3d& offset : pin.offsets) reach = std::max(reach, offset.norm());
+  }
+  return reach;
+}
+
+FrameFollower::Place FrameFollower::look(const std::string& frame, const Simulation& simulation) {
+  Place place;
+  const ros::Time now = ros::Time::now();
   try {
     const Frames::Placed found = frames_.find(frame);
     const ros::Duration age = now - found.stamp;
     if (found.stamp.isZero() || age <= kLost) {
-      if (stale.erase(name) > 0) {
-        ROS_INFO_STREAM("The " << kind << ' ' << name << " follows its frame " << frame << '.');
-      }
       const Pose heard{found.pose.translation(),
                        Eigen::Quaterniond(found.pose.linear()).normalized()};
-      return motions_[frame].follow(heard, found.stamp, now);
+      const double fastest = fastestOf(simulation);
+      place.pose = motions_[frame].follow(heard, found.stamp, now, simulation.stepSize(),
+                                          {fastest, fastest / reach(frame, simulation)});
+      return place;
     }
-    lost = "last heard of " + std::to_string(age.toSec()) + " s ago";
+    place.problem = "last heard of " + std::to_string(age.toSec()) + " s ago";
   } catch (const tf2::TransformException& error) {
-    lost = error.what();
+    place.problem = error.what();
   }
-  if (stale.insert(name).second) {
-    ROS_WARN_STREAM("The " << kind << ' ' << name << " stays where it is: its frame " << frame
-                           << " is lost: " << lost);
+  const auto motion = motions_.find(frame);
+  if (motion != motions_.end()) {
+    motion->second.lose();
+  } else {
+    const Steady::time_point wall = Steady::now();
+    place.awaited = wall < awaited_.emplace(frame, wall).first->second + kPatience;
   }
-  return std::nullopt;
+  return place;
 }
 
 }  // namespace mass_spring

@@ -10,8 +10,8 @@
 
 namespace mass_spring {
 
-/// The scene that the parameters of a node handle's namespace describe, ready to run. From any
-/// thread.
+/// The scene that the parameters of a node handle's namespace describe, ready to run. Paths of
+/// files in it are relative to the file that the parameter `scene_file` names. From any thread.
 /// @param problems  one per line of the answer to the user; filled if the scene is refused
 /// @return nullptr if it is refused
 std::shared_ptr<Simulation> loadSimulation(const ros::NodeHandle& nh,

@@ -44,7 +44,8 @@ void run(ros::NodeHandle& nh, std::shared_ptr<Simulation> simulation, Clock::Sou
   const Frames frames(frame_id);
   FrameFollower follower(frames);
   PhysicsLoop* viewed = nullptr;
-  Publishers publishers(nh, simulation, clock, follower, [&viewed] { viewed->redraw(); });
+  Publishers publishers(nh, simulation, clock, follower,
+                        [&viewed](Publishers::Topic topic) { viewed->show(topic); });
   PhysicsLoop loop(std::move(simulation), clock, follower, publishers);
   viewed = &loop;
 
@@ -76,6 +77,8 @@ void run(ros::NodeHandle& nh, std::shared_ptr<Simulation> simulation, Clock::Sou
 }  // namespace
 
 int main(int argc, char** argv) {
+  // Each line is told when it is said, also to roslaunch and other pipes.
+  std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);
   ros::init(argc, argv, "mass_spring", ros::init_options::NoSigintHandler);
   // roscpp would handle the first of the two, and the second would leave the node registered.
   std::signal(SIGINT, [](int) { ros::requestShutdown(); });

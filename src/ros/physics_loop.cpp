@@ -58,13 +58,13 @@ bool PhysicsLoop::offer(Command command, std::string topic, std::string sender) 
   return queue_.offer(
       [this, command = std::move(command), topic = std::move(topic), sender = std::move(sender)] {
         const CommandResult result = simulation_->apply(command);
-        if (result.accepted()) redraw_ = true;
+        if (result.accepted()) redraw_ = obeyed_ = true;
         tell(topic, sender, command, result);
       });
 }
 
-void PhysicsLoop::observePins(std::function<void(std::vector<std::string>)> observer) {
-  queue_.post([this, observer = std::move(observer)] { pin_observer_ = observer; });
+void PhysicsLoop::observeNames(std::function<void(Names)> observer) {
+  queue_.post([this, observer = std::move(observer)] { name_observer_ = observer; });
 }
 
 /// The result travels by value: a service that gives up waiting leaves nothing dangling behind.
@@ -121,11 +121,11 @@ std::future<CommandResult> PhysicsLoop::setState(Vectors positions, Vectors velo
               caller = std::move(caller)] {
     CommandResult result = simulation_->setState(positions, velocities);
     if (result.accepted()) {
-      redraw_ = true;
       AppliedCommand message;
       message.kind = AppliedCommand::SET_STATE;
       message.state = publishers_.state();
       tellApplied(caller, std::move(message));
+      if (paused_) publishers_.tellAll();
     }
     return result;
   });
@@ -168,13 +168,19 @@ std::future<std::uint32_t> PhysicsLoop::clearPins(std::string caller) {
     const auto count = static_cast<std::uint32_t>(simulation_->pins().all().size());
     simulation_->clearPins();
     tellApplied(caller, AppliedCommand::CLEAR_PINS);
-    redraw_ = true;
+    redraw_ = obeyed_ = true;
     return count;
   });
 }
 
-void PhysicsLoop::redraw() {
-  queue_.post([this] { publishers_.redraw(true); });
+void PhysicsLoop::show(Publishers::Topic topic) {
+  queue_.post([this, topic] {
+    if (topic == Publishers::Topic::kMarkers) {
+      publishers_.drawAnew();
+    } else if (paused_) {
+      publishers_.tell(topic);
+    }
+  });
 }
 
 void PhysicsLoop::take(std::shared_ptr<Simulation> simulation) {
@@ -211,20 +217,26 @@ void PhysicsLoop::tellApplied(const std::string& sender, std::uint8_t kind) {
   tellApplied(sender, std::move(message));
 }
 
-void PhysicsLoop::tellPins() {
+void PhysicsLoop::tellNames() {
+  static const std::vector<ContactShape> kNone;
   const auto& pins = simulation_->pins().all();
-  if (!pin_observer_ ||
-      std::equal(pins.begin(), pins.end(), pins_.begin(), pins_.end(),
-                 [](const auto& pin, const std::string& name) { return pin.first == name; })) {
-    return;
-  }
-  pins_.clear();
-  for (const auto& [name, pin] : pins) pins_.push_back(name);
-  pin_observer_(pins_);
+  const auto& contact = simulation_->scene().effects.contact;
+  const std::vector<ContactShape>& shapes = contact ? contact->shapes : kNone;
+  const bool known =
+      std::equal(pins.begin(), pins.end(), names_.pins.begin(), names_.pins.end(),
+                 [](const auto& pin, const std::string& name) { return pin.first == name; }) &&
+      std::equal(
+          shapes.begin(), shapes.end(), names_.shapes.begin(), names_.shapes.end(),
+          [](const ContactShape& shape, const std::string& name) { return shape.name == name; });
+  if (!name_observer_ || known) return;
+  names_ = Names();
+  for (const auto& [name, pin] : pins) names_.pins.push_back(name);
+  for (const ContactShape& shape : shapes) names_.shapes.push_back(shape.name);
+  name_observer_(names_);
 }
 
 void PhysicsLoop::startOver() {
-  clock_.restart();
+  clock_.restart(0.0);
   synchronise();
 }
 
@@ -233,12 +245,16 @@ void PhysicsLoop::run() {
   clock_.observe([this] { queue_.wake(); });
   while (!queue_.closed()) {
     for (CommandQueue::Task& task : queue_.take()) task();
-    tellPins();
+    tellNames();
     if (stepDue()) {
       advance();
       continue;
     }
-    if (std::exchange(redraw_, false) && paused_) publishers_.redraw(false);
+    if (std::exchange(redraw_, false) && paused_) publishers_.tell(Publishers::Topic::kMarkers);
+    if (std::exchange(obeyed_, false) && paused_) {
+      publishers_.tell(Publishers::Topic::kPins);
+      publishers_.tell(Publishers::Topic::kContacts);
+    }
     clock_.repeat();
     const Steady::time_point longest = Steady::now() + kMaxSleep;
     queue_.wait(paused_ || clock_.followed() ? longest : std::min(deadline_, longest));
@@ -259,13 +275,16 @@ void PhysicsLoop::advance() {
   for (const Command& command : follower_.lead(*simulation_)) {
     tell(kTf, kTf, command, simulation_->apply(command));
   }
+  const std::uint64_t number = simulation_->state().step + 1;
+  const auto model = simulation_->sharedModel();
   const Steady::time_point begin = Steady::now();
   const StepReport report = simulation_->step();
   const Steady::time_point end = Steady::now();
   if (report.status == StepStatus::kFailed) {
-    ROS_ERROR_STREAM("The simulation is paused, as step " << simulation_->state().step + 1
+    ROS_ERROR_STREAM("The simulation is paused, as step " << number
                                                           << " failed: " << report.message);
-    publishers_.failed(report);
+    clock_.restart(simulation_->state().time);
+    publishers_.failed(report, simulation_->sharedModel() != model);
     if (!paused_) changePaused(true);
     finishRequest(false, report.message);
     return;

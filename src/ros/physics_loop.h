@@ -39,8 +39,8 @@ class PhysicsLoop {
   /// @param sender  the node that sent it
   /// @return false if too many commands are waiting already
   bool offer(Command command, std::string topic, std::string sender);
-  /// Called on the thread that steps with the names of the pins there are, when others are there.
-  void observePins(std::function<void(std::vector<std::string>)> observer);
+  /// Called on the thread that steps with the names of the pins and shapes, when they change.
+  void observeNames(std::function<void(Names)> observer);
 
   // For services; the caller is the node that called them. The future is broken (std::future_error)
   // if the loop ends first.
@@ -71,8 +71,9 @@ class PhysicsLoop {
   std::future<std::uint32_t> clearForces(std::string caller);
   std::future<std::uint32_t> clearPins(std::string caller);
 
-  /// For viewers that have just come.
-  void redraw();
+  /// For a subscriber that has just come: markers at once, other topics if the simulation is
+  /// paused.
+  void show(Publishers::Topic topic);
 
  private:
   using Steady = std::chrono::steady_clock;
@@ -91,7 +92,7 @@ class PhysicsLoop {
   /// Says that something was done that acts on the next step.
   void tellApplied(const std::string& sender, mass_spring_sim::AppliedCommand message);
   void tellApplied(const std::string& sender, std::uint8_t kind);
-  void tellPins();
+  void tellNames();
   /// Simulated time begins anew.
   void startOver();
   bool stepDue();
@@ -111,9 +112,10 @@ class PhysicsLoop {
   Steady::duration period_;  ///< of the clock that paces, per step; 0 = not paced
   bool paused_;
   bool redraw_ = false;  ///< what viewers see is out of date
+  bool obeyed_ = false;  ///< a command has changed pins or shapes since they were told
   std::optional<StepRequest> request_;
-  std::vector<std::string> pins_;  ///< as the observer knows them
-  std::function<void(std::vector<std::string>)> pin_observer_;
+  Names names_;  ///< as the observer knows them
+  std::function<void(Names)> name_observer_;
   Clock::Pace deadline_;  ///< of the next step
   StepMeter meter_;
   std::uint64_t overruns_ = 0;

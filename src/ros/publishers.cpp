@@ -37,6 +37,11 @@ double markersPerWallSecond(const Scene& scene) {
   return scene.publish.markers * (factor == 0.0 ? 2.0 : std::clamp(factor, 1.0, 2.0));
 }
 
+/// In order of precedence.
+constexpr PublishingThread::Lane kTopics[] = {
+    PublishingThread::kState, PublishingThread::kPins,   PublishingThread::kContacts,
+    PublishingThread::kStats, PublishingThread::kPoints, PublishingThread::kMarkers};
+
 /// A particle may touch several shapes.
 std::uint32_t particlesInContact(const Simulation& simulation) {
   std::uint32_t count = 0, last = std::numeric_limits<std::uint32_t>::max();
@@ -54,29 +59,39 @@ struct Publishers::Snapshot {
   std::shared_ptr<const Model> model;            ///< while it goes on, perhaps, with another one
   ros::Time stamp;
   State state;
+  std::uint64_t commands;                 ///< applied before
   std::vector<char> pinned;               ///< per particle
   std::vector<Eigen::Isometry3d> shapes;  ///< of contact: where their geometries are
   mass_spring_sim::SolverStats stats;     ///< but for what is measured on the state
 };
 
+struct Publishers::ToldWrench {
+  ros::Publisher publisher;
+  geometry_msgs::WrenchStamped message;
+};
+
 Publishers::Publishers(ros::NodeHandle& nh, std::shared_ptr<const Simulation> simulation,
                        const Clock& clock, const FrameFollower& follower,
-                       std::function<void()> on_viewer)
+                       std::function<void(Topic)> on_viewer)
     : frame_id_(simulation->scene().frame_id),
       nh_(nh),
       clock_(clock),
       follower_(follower),
+      on_viewer_(std::move(on_viewer)),
+      wrenches_(nh,
+                [this](Wrenches::Of of) {
+                  on_viewer_(of == Wrenches::Of::kPin ? Topic::kPins : Topic::kContacts);
+                }),
       simulation_(std::move(simulation)),
       diagnostics_(clock.followed()),
       thread_(maxStates(simulation_->model().particleCount())) {
   const std::size_t max_states = maxStates(simulation_->model().particleCount());
-  markers_publisher_ = nh.advertise<visualization_msgs::MarkerArray>(
-      topics::kMarkers, 1, [on_viewer](const ros::SingleSubscriberPublisher&) { on_viewer(); });
-  state_publisher_ = nh.advertise<mass_spring_sim::ParticleStates>(topics::kState, max_states);
+  advertise<visualization_msgs::MarkerArray>(Topic::kMarkers, topics::kMarkers, 1);
+  advertise<mass_spring_sim::ParticleStates>(Topic::kState, topics::kState, max_states);
+  advertise<sensor_msgs::PointCloud2>(Topic::kPoints, topics::kPoints, 1);
+  advertise<mass_spring_sim::PinStates>(Topic::kPins, topics::kPins, 100);
+  advertise<mass_spring_sim::SolverStats>(Topic::kStats, topics::kStats, 100);
   topology_publisher_ = nh.advertise<mass_spring_sim::Topology>(topics::kTopology, 1, true);
-  points_publisher_ = nh.advertise<sensor_msgs::PointCloud2>(topics::kPoints, 1);
-  pins_publisher_ = nh.advertise<mass_spring_sim::PinStates>(topics::kPins, 100);
-  stats_publisher_ = nh.advertise<mass_spring_sim::SolverStats>(topics::kStats, 100);
   applied_publisher_ = nh.advertise<mass_spring_sim::AppliedCommand>(topics::kApplied, 10000);
   rejected_publisher_ = nh.advertise<mass_spring_sim::RejectedCommand>(topics::kRejected, 10000);
   paused_publisher_ = nh.advertise<std_msgs::Bool>(topics::kPaused, 10, true);
@@ -85,22 +100,29 @@ Publishers::Publishers(ros::NodeHandle& nh, std::shared_ptr<const Simulation> si
   offerContacts();
 }
 
+template <class Message>
+void Publishers::advertise(Topic topic, const char* name, std::uint32_t queue) {
+  rated_[topic] = nh_.advertise<Message>(
+      name, queue, [this, topic](const ros::SingleSubscriberPublisher&) { on_viewer_(topic); });
+}
+
 void Publishers::offerContacts() {
-  if (simulation_->scene().effects.contact && !contacts_publisher_) {
-    contacts_publisher_ = nh_.advertise<mass_spring_sim::Contacts>(topics::kContacts, 100);
-  } else if (!simulation_->scene().effects.contact && contacts_publisher_) {
-    contacts_publisher_.shutdown();
-    contacts_publisher_ = ros::Publisher();
+  ros::Publisher& publisher = rated_[Topic::kContacts];
+  if (simulation_->scene().effects.contact && !publisher) {
+    advertise<mass_spring_sim::Contacts>(Topic::kContacts, topics::kContacts, 100);
+  } else if (!simulation_->scene().effects.contact && publisher) {
+    publisher.shutdown();
+    publisher = ros::Publisher();
   }
 }
 
 void Publishers::started() {
+  report_ = StepReport();
+  report_.scheme = simulation_->model().solver.scheme;
   diagnostics_.started(*simulation_);
   publishTopology();
-  if (simulation_->scene().publish.state > 0.0 && state_publisher_.getNumSubscribers() > 0) {
-    thread_.post(PublishingThread::kState, [this, s = snapshot()] { publishState(*s); });
-  }
-  redraw(true);
+  start_over_ = true;
+  tellAll();
 }
 
 void Publishers::replaced(std::shared_ptr<const Simulation> simulation, bool continued) {
@@ -113,77 +135,181 @@ void Publishers::replaced(std::shared_ptr<const Simulation> simulation, bool con
   }
   diagnostics_.started(*simulation_);
   publishTopology();
-  redraw(true);
+  drawAnew();
 }
 
 void Publishers::stepped(const StepReport& report, const StepMeter::Figures& figures,
                          std::uint64_t overruns) {
-  const PublishRates& rates = simulation_->scene().publish;
+  report_ = report;
+  figures_ = figures;
+  overruns_ = overruns;
   diagnostics_.stepped(report, figures, overruns, *simulation_, follower_.stalePins(),
                        follower_.staleShapes());
   if (report.broken_springs > 0) publishTopology();
-  const bool state = due(rates.state) && state_publisher_.getNumSubscribers() > 0;
-  if (due(rates.pins) && pins_publisher_.getNumSubscribers() > 0) {
-    thread_.post(PublishingThread::kPins,
-                 [this, message = pinStates(*simulation_, follower_.stalePins()),
-                  stamp = clock_.stamp()]() mutable {
-                   message.header = header(stamp);
-                   pins_publisher_.publish(message);
-                 });
-  }
-  if (contacts_publisher_ && due(rates.contacts) && contacts_publisher_.getNumSubscribers() > 0) {
-    thread_.post(PublishingThread::kContacts,
-                 [this, publisher = contacts_publisher_,
-                  message = contacts(*simulation_, follower_.staleShapes()),
-                  stamp = clock_.stamp()]() mutable {
-                   message.header = header(stamp);
-                   publisher.publish(message);
-                 });
-  }
-  const bool stats = due(rates.stats) && stats_publisher_.getNumSubscribers() > 0;
-  const auto now = std::chrono::steady_clock::now();
-  const bool markers =
-      due(rates.markers) && now >= next_markers_ && markers_publisher_.getNumSubscribers() > 0;
-  const bool points = due(rates.points) && points_publisher_.getNumSubscribers() > 0;
-  if (!state && !points && !stats && !markers) return;
-
-  const std::shared_ptr<Snapshot> s = snapshot();
-  if (state) thread_.post(PublishingThread::kState, [this, s] { publishState(*s); });
-  if (points) thread_.post(PublishingThread::kPoints, [this, s] { publishPoints(*s); });
-  if (stats) {
-    mass_spring_sim::SolverStats& message = s->stats;
-    // Measured here, as yielding springs change with the next step.
-    const Energy energy = mass_spring::energy(*s->model, s->state);
-    message.kinetic_energy = energy.kinetic;
-    message.elastic_energy = energy.elastic;
-    message.gravity_energy = energy.gravity;
-    message.real_time_factor = figures.real_time_factor;
-    message.step_time_median = figures.median;
-    message.step_time_max = figures.max;
-    message.overruns = overruns;
-    message.scheme = name(report.scheme);
-    message.substeps = report.substeps;
-    message.newton_iterations = report.newton_iterations;
-    message.linear_iterations = report.linear_iterations;
-    message.residual = report.residual;
-    message.estimated_error = report.estimated_error;
-    message.budget_used = report.budget_used;
-    message.unconverged_steps = simulation_->totals().unconverged_steps;
-    message.rejected_steps = simulation_->totals().rejected_steps;
-    message.contacts = particlesInContact(*simulation_);
-    message.active_forces = simulation_->activeForces();
-    message.pins = static_cast<std::uint32_t>(simulation_->pins().all().size());
-    message.rejected_commands = rejected_commands_;
-    thread_.post(PublishingThread::kStats, [this, s] { publishStats(*s); });
-  }
-  if (markers) {
-    next_markers_ = now + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
-                              std::chrono::duration<double>(0.5 / rates.markers));
-    thread_.post(PublishingThread::kMarkers, [this, s] { publishMarkers(*s); });
+  std::shared_ptr<Snapshot> snapshot;
+  for (const Topic topic : kTopics) {
+    if (!due(topic) || !wanted(topic)) continue;
+    if (topic == Topic::kMarkers) {
+      const auto now = std::chrono::steady_clock::now();
+      if (now < next_markers_) continue;
+      next_markers_ = now + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                                std::chrono::duration<double>(0.5 / rate(topic)));
+    }
+    post(topic, snapshot);
   }
 }
 
-void Publishers::failed(const StepReport& report) { diagnostics_.failed(report.message); }
+double Publishers::rate(Topic topic) const {
+  const PublishRates& rates = simulation_->scene().publish;
+  switch (topic) {
+    case Topic::kState:
+      return rates.state;
+    case Topic::kPins:
+      return rates.pins;
+    case Topic::kContacts:
+      return rates.contacts;
+    case Topic::kStats:
+      return rates.stats;
+    case Topic::kPoints:
+      return rates.points;
+    case Topic::kMarkers:
+      return rates.markers;
+    default:
+      return 0.0;
+  }
+}
+
+bool Publishers::wanted(Topic topic) const {
+  return rate(topic) > 0.0 &&
+         (rated_[topic].getNumSubscribers() > 0 ||
+          (topic == Topic::kPins && !wrenches_.heard(Wrenches::Of::kPin).empty()) ||
+          (topic == Topic::kContacts && !wrenches_.heard(Wrenches::Of::kShape).empty()));
+}
+
+void Publishers::tell(Topic topic) {
+  std::shared_ptr<Snapshot> snapshot;
+  if (wanted(topic)) post(topic, snapshot);
+}
+
+void Publishers::tellAll() {
+  for (const Topic topic : kTopics) tell(topic);
+}
+
+void Publishers::drawAnew() {
+  start_over_ = true;
+  tell(Topic::kMarkers);
+}
+
+void Publishers::post(Topic topic, std::shared_ptr<Snapshot>& snapshot) {
+  if (topic == Topic::kPins) return postPins();
+  if (topic == Topic::kContacts) return postContacts();
+  if (!snapshot) snapshot = this->snapshot();
+  if (topic == Topic::kStats) snapshot->stats = stats();
+  thread_.post(topic, [this, topic, s = snapshot] {
+    if (topic == Topic::kState) publishState(*s);
+    if (topic == Topic::kPoints) publishPoints(*s);
+    if (topic == Topic::kStats) publishStats(*s);
+    if (topic == Topic::kMarkers) publishMarkers(*s);
+  });
+}
+
+void Publishers::postPins() {
+  const auto wrenches = simulation_->pinWrenches();
+  std::vector<ToldWrench> told;
+  for (const auto& [name, publisher] : wrenches_.heard(Wrenches::Of::kPin)) {
+    const auto found = simulation_->pins().all().find(name);
+    if (found == simulation_->pins().all().end()) continue;  // its topic is about to go, too
+    const Pin& pin = found->second;
+    const bool led = follower_.leads(name, pin);
+    const Pose frame{pin.target.position,
+                     led ? pin.target.orientation : Eigen::Quaterniond::Identity()};
+    told.push_back({publisher, stamped(wrenchIn(frame, wrenches.at(name), pin.target.position),
+                                       led ? pin.follow_frame : frame_id_)});
+  }
+  std::optional<mass_spring_sim::PinStates> states;
+  if (rated_[Topic::kPins].getNumSubscribers() > 0) {
+    states = pinStates(*simulation_, wrenches, follower_.stalePins());
+    states->header = header(clock_.stamp());
+  }
+  thread_.post(Topic::kPins, [this, told = std::move(told), states = std::move(states)] {
+    if (states) rated_[Topic::kPins].publish(*states);
+    for (const ToldWrench& wrench : told) wrench.publisher.publish(wrench.message);
+  });
+}
+
+void Publishers::postContacts() {
+  const auto& contact = simulation_->scene().effects.contact;
+  if (!contact) return;
+  const auto wrenches = simulation_->shapeWrenches();
+  std::vector<ToldWrench> told;
+  const auto heard = wrenches_.heard(Wrenches::Of::kShape);
+  for (const ContactShape& shape : contact->shapes) {
+    const auto publisher = heard.find(shape.name);
+    if (publisher == heard.end()) continue;
+    const Shape& body = *simulation_->model().contact->find(shape.name);
+    const bool led = follower_.leads(body);
+    Pose frame{body.pose().position, Eigen::Quaterniond::Identity()};
+    if (led) {
+      frame.orientation = body.pose().orientation * body.start().orientation.conjugate();
+      frame.position -= frame.orientation * body.start().position;
+    }
+    told.push_back(
+        {publisher->second, stamped(wrenchIn(frame, wrenches.at(shape.name), body.pose().position),
+                                    led ? shape.follow_frame : frame_id_)});
+  }
+  std::optional<mass_spring_sim::Contacts> all;
+  if (rated_[Topic::kContacts].getNumSubscribers() > 0) {
+    all = contacts(*simulation_, wrenches, follower_.staleShapes());
+    all->header = header(clock_.stamp());
+  }
+  // A copy of the publisher: that goes with the last scene that has contact.
+  thread_.post(Topic::kContacts, [publisher = rated_[Topic::kContacts], told = std::move(told),
+                                  all = std::move(all)] {
+    if (all) publisher.publish(*all);
+    for (const ToldWrench& wrench : told) wrench.publisher.publish(wrench.message);
+  });
+}
+
+geometry_msgs::WrenchStamped Publishers::stamped(const geometry_msgs::Wrench& wrench,
+                                                 const std::string& frame_id) const {
+  geometry_msgs::WrenchStamped message;
+  message.header.stamp = clock_.stamp();
+  message.header.frame_id = frame_id;
+  message.wrench = wrench;
+  return message;
+}
+
+mass_spring_sim::SolverStats Publishers::stats() const {
+  mass_spring_sim::SolverStats message;
+  // Measured here, as yielding springs change with the next step.
+  const Energy energy = mass_spring::energy(simulation_->model(), simulation_->state());
+  message.kinetic_energy = energy.kinetic;
+  message.elastic_energy = energy.elastic;
+  message.gravity_energy = energy.gravity;
+  message.real_time_factor = figures_.real_time_factor;
+  message.step_time_median = figures_.median;
+  message.step_time_max = figures_.max;
+  message.overruns = overruns_;
+  message.scheme = name(report_.scheme);
+  message.substeps = report_.substeps;
+  message.newton_iterations = report_.newton_iterations;
+  message.linear_iterations = report_.linear_iterations;
+  message.residual = report_.residual;
+  message.estimated_error = report_.estimated_error;
+  message.budget_used = report_.budget_used;
+  message.unconverged_steps = simulation_->totals().unconverged_steps;
+  message.rejected_steps = simulation_->totals().rejected_steps;
+  message.contacts = particlesInContact(*simulation_);
+  message.active_forces = simulation_->activeForces();
+  message.pins = static_cast<std::uint32_t>(simulation_->pins().all().size());
+  message.rejected_commands = rejected_commands_;
+  return message;
+}
+
+void Publishers::failed(const StepReport& report, bool other_springs) {
+  diagnostics_.failed(report.message);
+  if (other_springs) publishTopology();
+}
 
 void Publishers::paused(bool paused) {
   diagnostics_.paused(paused);
@@ -192,17 +318,10 @@ void Publishers::paused(bool paused) {
   paused_publisher_.publish(message);
 }
 
-void Publishers::redraw(bool start_over) {
-  if (start_over) start_over_ = true;
-  if (simulation_->scene().publish.markers == 0.0 || markers_publisher_.getNumSubscribers() == 0) {
-    return;
-  }
-  thread_.post(PublishingThread::kMarkers, [this, s = snapshot()] { publishMarkers(*s); });
-}
-
 mass_spring_sim::ParticleStates Publishers::state() const {
   mass_spring_sim::ParticleStates message = toMessage(simulation_->state());
   message.header = header(clock_.stamp());
+  message.commands = applied_commands_;
   return message;
 }
 
@@ -243,6 +362,7 @@ std::shared_ptr<Publishers::Snapshot> Publishers::snapshot() const {
   snapshot->model = simulation_->sharedModel();
   snapshot->stamp = clock_.stamp();
   snapshot->state = simulation_->state();
+  snapshot->commands = applied_commands_;
   snapshot->pinned = simulation_->pins().mask();
   if (const Contact* contact = simulation_->model().contact) {
     setTime(simulation_->model(), simulation_->state().time);
@@ -253,8 +373,8 @@ std::shared_ptr<Publishers::Snapshot> Publishers::snapshot() const {
 
 /// Whole periods of simulated time are counted, so that no rate drifts and each step is due once
 /// where the rate is that of the steps.
-bool Publishers::due(double rate) const {
-  const double periods_per_step = rate / simulation_->scene().rate;
+bool Publishers::due(Topic topic) const {
+  const double periods_per_step = rate(topic) / simulation_->scene().rate;
   const double step = static_cast<double>(simulation_->state().step);
   return std::floor(step * periods_per_step) > std::floor((step - 1.0) * periods_per_step);
 }
@@ -286,13 +406,14 @@ std_msgs::Header Publishers::header(const ros::Time& stamp) const {
 void Publishers::publishState(const Snapshot& snapshot) {
   mass_spring_sim::ParticleStates message = toMessage(snapshot.state);
   message.header = header(snapshot.stamp);
-  state_publisher_.publish(message);
+  message.commands = snapshot.commands;
+  rated_[Topic::kState].publish(message);
 }
 
 void Publishers::publishPoints(const Snapshot& snapshot) {
   sensor_msgs::PointCloud2 message = pointCloud(*snapshot.model, snapshot.state);
   message.header = header(snapshot.stamp);
-  points_publisher_.publish(message);
+  rated_[Topic::kPoints].publish(message);
 }
 
 void Publishers::publishStats(const Snapshot& snapshot) {
@@ -302,7 +423,7 @@ void Publishers::publishStats(const Snapshot& snapshot) {
   message.sim_time = snapshot.state.time;
   message.max_speed = maxSpeed(snapshot.state);
   message.max_stretch = maxStretch(*snapshot.model, snapshot.state);
-  stats_publisher_.publish(message);
+  rated_[Topic::kStats].publish(message);
 }
 
 void Publishers::publishMarkers(const Snapshot& snapshot) {
@@ -317,7 +438,7 @@ void Publishers::publishMarkers(const Snapshot& snapshot) {
     markers_->follow(*snapshot.model);
   }
   drawn_model_ = snapshot.model;
-  markers_publisher_.publish(
+  rated_[Topic::kMarkers].publish(
       markers_->draw(snapshot.state.positions, snapshot.pinned, snapshot.stamp, start_over,
                      shapeMarkers(simulation.scene(), snapshot.shapes, snapshot.stamp)));
 }

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <mass_spring_sim/AppliedCommand.h>
+#include <mass_spring_sim/SolverStats.h>
 #include <ros/ros.h>
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
@@ -19,6 +21,7 @@
 #include "publishing_thread.h"
 #include "step_meter.h"
 #include "throttle.h"
+#include "wrenches.h"
 
 namespace mass_spring {
 
@@ -26,11 +29,14 @@ namespace mass_spring {
 /// messages are built and published on another, and only if somebody listens.
 class Publishers {
  public:
+  /// What is published at a rate: all lanes but that of events. ~wrenches go with ~pins, ~contacts.
+  using Topic = PublishingThread::Lane;
+
   /// @param nh         private node handle
-  /// @param follower   whose shapes may be stale
-  /// @param on_viewer  called, on another thread, when somebody subscribes to the markers
+  /// @param follower   of the pins and shapes that follow frames
+  /// @param on_viewer  called, on another thread, when somebody subscribes to one of these
   Publishers(ros::NodeHandle& nh, std::shared_ptr<const Simulation> simulation, const Clock& clock,
-             const FrameFollower& follower, std::function<void()> on_viewer);
+             const FrameFollower& follower, std::function<void(Topic)> on_viewer);
 
   // For the thread that steps, between steps.
 
@@ -41,26 +47,46 @@ class Publishers {
   void replaced(std::shared_ptr<const Simulation> simulation, bool continued);
   /// Tells the topology anew where springs broke.
   void stepped(const StepReport& report, const StepMeter::Figures& figures, std::uint64_t overruns);
-  /// A step failed; the simulation stands where it was.
-  void failed(const StepReport& report);
+  /// A step failed; the simulation stands where it was, or at an earlier step.
+  /// @param other_springs  that state has broken springs whole again
+  void failed(const StepReport& report, bool other_springs);
   void paused(bool paused);
   /// Of the simulation as it stands.
   mass_spring_sim::ParticleStates state() const;
   /// Adds header and number to the message.
   void applied(mass_spring_sim::AppliedCommand message);
-  /// Shows the simulation as it stands, to viewers that know nothing yet, or while no step does.
-  void redraw(bool start_over);
+  /// Tells of the simulation as it stands, while no step does.
+  void tell(Topic topic);
+  void tellAll();
+  /// Draws it for viewers that know nothing yet.
+  void drawAnew();
 
   // For any thread.
+
+  /// Offers ~wrenches of these and no others. May wait for the master.
+  void offerWrenches(const Names& names) { wrenches_.offer(names); }
 
   /// Counts it, too, and warns, once a second at the most.
   void rejected(const std::string& topic, const std::string& sender, const CommandResult& result);
 
  private:
   struct Snapshot;
+  struct ToldWrench;
   /// Of the simulation as it stands.
   std::shared_ptr<Snapshot> snapshot() const;
-  bool due(double rate) const;
+  template <class Message>
+  void advertise(Topic topic, const char* name, std::uint32_t queue);
+  double rate(Topic topic) const;  ///< that the scene asks for [Hz]
+  bool due(Topic topic) const;
+  /// Is it asked for, and has it subscribers?
+  bool wanted(Topic topic) const;
+  /// @param snapshot  made when one is needed
+  void post(Topic topic, std::shared_ptr<Snapshot>& snapshot);
+  void postPins();
+  void postContacts();
+  geometry_msgs::WrenchStamped stamped(const geometry_msgs::Wrench& wrench,
+                                       const std::string& frame_id) const;
+  mass_spring_sim::SolverStats stats() const;
   /// There is ~contacts only where a scene has contact.
   void offerContacts();
   void publishScene();
@@ -75,9 +101,11 @@ class Publishers {
   ros::NodeHandle nh_;
   const Clock& clock_;
   const FrameFollower& follower_;
-  ros::Publisher markers_publisher_, state_publisher_, topology_publisher_, pins_publisher_,
-      points_publisher_, contacts_publisher_, stats_publisher_, applied_publisher_,
-      rejected_publisher_, paused_publisher_, scene_publisher_;
+  const std::function<void(Topic)> on_viewer_;
+  Wrenches wrenches_;
+  std::array<ros::Publisher, PublishingThread::kLaneCount> rated_;  ///< by topic
+  ros::Publisher topology_publisher_, applied_publisher_, rejected_publisher_, paused_publisher_,
+      scene_publisher_;
   std::atomic<bool> start_over_{false};  ///< the next markers begin with a DELETEALL
   std::atomic<std::uint64_t> rejected_commands_{0};
   Throttle rejected_throttle_;
@@ -85,6 +113,9 @@ class Publishers {
   // Of the thread that steps.
   std::shared_ptr<const Simulation> simulation_;
   std::chrono::steady_clock::time_point next_markers_;
+  StepReport report_;  ///< of the last step
+  StepMeter::Figures figures_;
+  std::uint64_t overruns_ = 0;
   std::uint64_t applied_commands_ = 0;
 
   // Of the thread that publishes.

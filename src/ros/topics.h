@@ -16,6 +16,8 @@ constexpr char kApplied[] = "applied";
 constexpr char kRejected[] = "rejected";
 constexpr char kPaused[] = "paused";
 constexpr char kScene[] = "scene";
+/// Of a pin or a shape.
+inline std::string wrench(const std::string& name) { return "wrenches/" + name; }
 
 // Published, global.
 constexpr char kClock[] = "/clock";

@@ -66,7 +66,7 @@ void readAddedPin(MapReader& keys, const ParticleCounts& counts, PinCommand& com
 
   const bool has_particles =
       readParticles(particles, particleCountOf(counts, command.object), command.particles);
-  point.read(command.point, anyNumber("m"));
+  readPosition(point, command.point);
   radius.read(command.radius, atLeastZero("m"));
   if (!command.particles.empty() && point.present()) {
     point.report("particles as well", "either particles or point");
@@ -79,7 +79,7 @@ void readAddedPin(MapReader& keys, const ParticleCounts& counts, PinCommand& com
   }
 
   command.here = !target.present();
-  target.read(command.target.position, anyNumber("m"));
+  readPosition(target, command.target.position);
   readOrientation(orientation, command.target.orientation);
   if (orientation.present() && !target.present()) {
     orientation.report("an orientation without a target", "target as well");
@@ -123,7 +123,7 @@ void readPinCommand(const Place& place, const ParticleCounts& counts, PinCommand
   if (command.action == PinCommand::Action::kAdd) {
     readAddedPin(keys, counts, command);
   } else if (command.action == PinCommand::Action::kMove) {
-    keys.required("target").read(command.target.position, anyNumber("m"));
+    readPosition(keys.required("target"), command.target.position);
     readOrientation(keys.optional("orientation"), command.target.orientation);
   }
   keys.refuseUnknown();
@@ -138,7 +138,7 @@ void readShapeCommand(const Place& place, const std::vector<std::string>* shapes
     name.refuse(shapes->empty() ? "a shape of effects.contact, of which there is none"
                                 : "a shape of effects.contact (" + listWords(*shapes) + ")");
   }
-  keys.required("target").read(command.target.position, anyNumber("m"));
+  readPosition(keys.required("target"), command.target.position);
   readOrientation(keys.optional("orientation"), command.target.orientation);
   keys.optional("duration").read(command.duration, atLeastZero("s"));
   keys.refuseUnknown();

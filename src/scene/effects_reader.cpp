@@ -15,26 +15,26 @@ void readDirection(const Place& place, Eigen::Vector3d& direction) {
 void readGeometry(std::size_t type, MapReader& keys, ContactShape& shape) {
   if (type == 0) {
     Plane& plane = shape.geometry.emplace<Plane>();
-    keys.required("point").read(plane.point, anyNumber("m"));
+    readPosition(keys.required("point"), plane.point);
     readDirection(keys.required("normal"), plane.normal);
   } else if (type == 1) {
     Sphere& sphere = shape.geometry.emplace<Sphere>();
-    keys.required("center").read(sphere.center, anyNumber("m"));
-    keys.required("radius").read(sphere.radius, positive("m"));
+    readPosition(keys.required("center"), sphere.center);
+    readSize(keys.required("radius"), sphere.radius);
   } else if (type == 2) {
     Box& box = shape.geometry.emplace<Box>();
-    keys.required("center").read(box.center, anyNumber("m"));
-    keys.required("size").read(box.size, positive("m"));
+    readPosition(keys.required("center"), box.center);
+    readSize(keys.required("size"), box.size);
     keys.optional("orientation").read(box.orientation, anyNumber("rad"));
   } else {
     Capsule& capsule = shape.geometry.emplace<Capsule>();
-    const bool has_start = keys.required("start").read(capsule.start, anyNumber("m"));
+    const bool has_start = readPosition(keys.required("start"), capsule.start);
     const Place end = keys.required("end");
-    const bool has_end = end.read(capsule.end, anyNumber("m"));
+    const bool has_end = readPosition(end, capsule.end);
     if (has_start && has_end && capsule.start == capsule.end) {
       end.report("the start", "another point; for a ball: type: sphere");
     }
-    keys.required("radius").read(capsule.radius, positive("m"));
+    readSize(keys.required("radius"), capsule.radius);
   }
 }
 

@@ -71,7 +71,10 @@ fs::path findFile(const std::string& file, const std::string& directory) {
   }
   const fs::path path(file);
   if (path.is_absolute()) return path;
-  if (directory.empty()) throw PathError("package:// or an absolute path");
+  if (directory.empty()) {
+    throw PathError(
+        "package:// or an absolute path; a relative one needs scene_file, the path of the scene");
+  }
   return fs::path(directory) / path;
 }
 

@@ -1,5 +1,6 @@
 #include "scene/object_reader.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "scene/file_path.h"
@@ -19,7 +20,7 @@ const char* const kDampingUnit = "N s/m";
 /// Position and orientation of an object in the scene's frame.
 template <typename Shape>
 void readPlacement(MapReader& keys, Shape& shape) {
-  keys.optional("position").read(shape.position, anyNumber("m"));
+  readPosition(keys.optional("position"), shape.position);
   keys.optional("orientation").read(shape.orientation, anyNumber("rad"));
 }
 
@@ -38,8 +39,8 @@ void readResolution(const Place& place, std::array<int, n>& resolution) {
 }
 
 void readRope(MapReader& keys, Rope& rope) {
-  const bool has_start = keys.required("start").read(rope.start, anyNumber("m"));
-  const bool has_end = keys.required("end").read(rope.end, anyNumber("m"));
+  const bool has_start = readPosition(keys.required("start"), rope.start);
+  const bool has_end = readPosition(keys.required("end"), rope.end);
   keys.required("segments").read(rope.segments, 1, kMostParticles - 1);
   keys.required("mass").read(rope.mass, positive("kg"));
   const Place stiffness = keys.optional("stiffness");
@@ -62,7 +63,7 @@ void readRope(MapReader& keys, Rope& rope) {
 /// What cloth and lattice share: the axes that they have are in their type.
 template <typename Grid, int n>
 void readGrid(MapReader& keys, Grid& grid) {
-  keys.required("size").read(grid.size, positive("m"));
+  readSize(keys.required("size"), grid.size);
   readResolution<n>(keys.required("resolution"), grid.resolution);
   readPlacement(keys, grid);
   keys.required("mass").read(grid.mass, positive("kg"));
@@ -83,7 +84,17 @@ void readMesh(MapReader& keys, const std::string& directory, Mesh& mesh) {
       file.refuse(error.what());
     }
   }
-  keys.optional("scale").read(mesh.scale, positive("m per unit of the file"));
+  const Place scale = keys.optional("scale");
+  scale.read(mesh.scale, positive("m per unit of the file"));
+  double farthest = 0.0;
+  for (const Eigen::Vector3d& vertex : mesh.vertices) {
+    farthest = std::max(farthest, vertex.cwiseAbs().maxCoeff());
+  }
+  if (scale.present()) {
+    isModerate(scale, mesh.scale * farthest, "m from the origin of the file");
+  } else {
+    isModerate(file, farthest, "m from the origin of the file");
+  }
   readPlacement(keys, mesh);
   keys.required("mass").read(mesh.mass, positive("kg"));
   keys.required("stiffness").read(mesh.stiffness, atLeastZero(kStiffnessUnit));
@@ -99,7 +110,9 @@ bool readVectors(const Place& place, const std::string& unit,
   vectors.resize(list->size());
   bool good = true;
   for (std::size_t i = 0; i < list->size(); ++i) {
-    good = place.element(i).read(vectors[i], anyNumber(unit)) && good;
+    const Place vector = place.element(i);
+    good = vector.read(vectors[i], anyNumber(unit)) &&
+           isModerate(vector, vectors[i].cwiseAbs().maxCoeff(), unit) && good;
   }
   return good;
 }

@@ -1,8 +1,12 @@
 #include "scene/references.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <unordered_set>
+
+#include "mass_spring_sim/scene.h"
+#include "scene/scalar.h"
 
 namespace mass_spring {
 
@@ -21,6 +25,18 @@ bool readObjectName(const Place& place, const ParticleCounts& counts, std::strin
   if (!place.read(index, names)) return false;
   name = names[index];
   return true;
+}
+
+bool isModerate(const Place& place, double number, const std::string& unit) {
+  if (std::abs(number) <= kLargestCoordinate) return true;
+  place.report(formatNumber(number) + ' ' + unit,
+               "at most " + formatNumber(kLargestCoordinate) + ' ' + unit);
+  return false;
+}
+
+bool readPosition(const Place& place, Eigen::Vector3d& position) {
+  return place.read(position, anyNumber("m")) &&
+         isModerate(place, position.cwiseAbs().maxCoeff(), "m");
 }
 
 void readFrame(const Place& place, std::string& frame_id) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -19,6 +20,21 @@ using ParticleCounts = std::map<std::string, std::optional<std::uint32_t>>;
 /// The name of an object. May be absent where the place is not required and the scene has just one
 /// object, whose name it then reads.
 bool readObjectName(const Place& place, const ParticleCounts& counts, std::string& name);
+
+/// Reports a number whose size is more than kLargestCoordinate. @return whether it is not
+bool isModerate(const Place& place, double number, const std::string& unit);
+/// Coordinates of a place in the scene.
+bool readPosition(const Place& place, Eigen::Vector3d& position);
+/// One length or more of something in the scene, > 0.
+template <typename Size>
+bool readSize(const Place& place, Size& size) {
+  if (!place.read(size, positive("m"))) return false;
+  if constexpr (std::is_same_v<Size, double>) {
+    return isModerate(place, size, "m");
+  } else {
+    return isModerate(place, size.maxCoeff(), "m");
+  }
+}
 
 /// The name of a tf frame.
 void readFrame(const Place& place, std::string& frame_id);

@@ -13,6 +13,9 @@
 namespace mass_spring {
 namespace {
 
+// Hz of ~state where the scene does not say it: each step, until that is more than clients expect.
+constexpr double kMostStates = 1000.0;
+
 void readSolver(const Place& place, const std::string& directory, SolverOptions& solver) {
   static const NumberRule kTolerance{"", 0.0, 1.0, true};
   MapReader keys(place, "a map of solver options");
@@ -45,8 +48,10 @@ void readSolver(const Place& place, const std::string& directory, SolverOptions&
   keys.refuseUnknown();
 }
 
-void readPublish(const Place& place, PublishRates& rates) {
+/// @param rate  Hz, of the scene
+void readPublish(const Place& place, double rate, PublishRates& rates) {
   static const NumberRule kRate{"Hz, 0 = never", 0.0, 10000.0};
+  rates.state = std::min(rate, kMostStates);
   MapReader keys(place, "a map of rates");
   keys.optional("markers").read(rates.markers, kRate);
   keys.optional("state").read(rates.state, kRate);
@@ -60,6 +65,8 @@ void readPublish(const Place& place, PublishRates& rates) {
 void readLimits(const Place& place, Limits& limits) {
   MapReader keys(place, "a map of limits");
   keys.optional("max_force").read(limits.max_force, positive("N"));
+  keys.optional("max_speed").read(limits.max_speed, {"m/s", 1e-6, kLargestCoordinate});
+  keys.optional("max_extent").read(limits.max_extent, {"m", 1e-6, kLargestCoordinate});
   keys.refuseUnknown();
 }
 
@@ -90,7 +97,7 @@ Scene readScene(const Tree& tree, const std::string& directory) {
     for (const ContactShape& shape : scene.effects.contact->shapes) shapes.push_back(shape.name);
   }
   const Place timeline = keys.optional("timeline");
-  readPublish(keys.optional("publish"), scene.publish);
+  readPublish(keys.optional("publish"), scene.rate, scene.publish);
   readLimits(keys.optional("limits"), scene.limits);
   scene.timeline = readTimeline(timeline, counts, scene.limits,
                                 pins_are_good ? std::optional(std::move(ledger)) : std::nullopt,

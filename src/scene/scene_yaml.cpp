@@ -347,6 +347,8 @@ std::string toYaml(const Scene& scene) {
   yaml.end();
   yaml.begin("limits");
   yaml.add("max_force", scene.limits.max_force);
+  yaml.add("max_speed", scene.limits.max_speed);
+  yaml.add("max_extent", scene.limits.max_extent);
   yaml.end();
   yaml.end();
   return yaml.text() + "\n";

@@ -18,7 +18,7 @@ ExplicitScheme::ExplicitScheme(const Model& model, Scheme scheme)
 
 SubstepReport ExplicitScheme::advance(double h, const Drive& drive, State& state) {
   SubstepReport report;
-  findMobilities(drive);
+  beginSubstep(drive, state);
   if (scheme_ == Scheme::kRk4) {
     advanceRungeKutta(h, drive, state, report);
   } else {
@@ -27,22 +27,44 @@ SubstepReport ExplicitScheme::advance(double h, const Drive& drive, State& state
   return report;
 }
 
-void ExplicitScheme::findMobilities(const Drive& drive) {
-  for (Eigen::Index i = 0; i < mobilities_.cols(); ++i) {
-    mobilities_.col(i).setConstant(drive.isPinned(i) ? 0.0 : 1.0 / model_.masses[i]);
+void ExplicitScheme::beginSubstep(const Drive& drive, const State& state) {
+  if (pinned_ != drive.pinned) {
+    pinned_ = drive.pinned;
+    pins_.clear();
+    for (Eigen::Index i = 0; i < mobilities_.cols(); ++i) {
+      mobilities_.col(i).setConstant(drive.isPinned(i) ? 0.0 : 1.0 / model_.masses[i]);
+      if (drive.isPinned(i)) pins_.push_back({i, state.velocities.col(i), state.velocities.col(i)});
+    }
+  }
+  for (PinnedParticle& pin : pins_) {
+    pin.before = pin.now;
+    pin.now = state.velocities.col(pin.particle);
   }
 }
 
 void ExplicitScheme::findAccelerations(const Drive& drive, const Vectors& positions,
-                                       const Vectors& velocities) {
+                                       const Vectors& velocities, double share) {
   sumForces(model_, drive.loads, positions, velocities, accelerations_);
+  addPinWork(drive, share, scheme_ != Scheme::kRk4);
   accelerations_.array() *= mobilities_.array();
   clearPinned(drive, accelerations_);  // 0 times infinity
 }
 
+void ExplicitScheme::addPinWork(const Drive& drive, double share, bool euler) {
+  for (const PinnedParticle& pin : pins_) {
+    // Euler's schemes have the forces at the start of a sub-step only. These act for half of it,
+    // and for half of the one before, so that the work is right to second order.
+    const Eigen::Vector3d speed = euler ? Eigen::Vector3d(0.5 * (pin.before + pin.now)) : pin.now;
+    if (speed.isZero(0.0)) continue;
+    Eigen::Vector3d force = accelerations_.col(pin.particle);
+    if (drive.loads) force -= drive.loads->col(pin.particle);
+    pin_work_ -= share * force.dot(speed);
+  }
+}
+
 void ExplicitScheme::advanceEuler(double h, const Drive& drive, State& state) {
   setTime(model_, drive.time);
-  findAccelerations(drive, state.positions, state.velocities);
+  findAccelerations(drive, state.positions, state.velocities, h);
   if (scheme_ == Scheme::kExplicitEuler) state.positions += h * state.velocities;
   state.velocities += h * accelerations_;
   if (scheme_ == Scheme::kSymplecticEuler) state.positions += h * state.velocities;
@@ -59,7 +81,7 @@ void ExplicitScheme::advanceRungeKutta(double h, const Drive& drive, State& stat
   sum_v_ = state.velocities;
   for (int stage = 0; stage < 4; ++stage) {
     setTime(model_, drive.time + kAt[stage] * h);
-    findAccelerations(drive, x_, v_);
+    findAccelerations(drive, x_, v_, h * kWeight[stage]);
     sum_x_ += h * kWeight[stage] * v_;
     sum_v_ += h * kWeight[stage] * accelerations_;
     if (stage == 3) break;
@@ -76,13 +98,14 @@ void ExplicitScheme::advanceRungeKutta(double h, const Drive& drive, State& stat
 
 SubstepReport ExplicitScheme::advanceVerlet(int substeps, double h, const Drive& drive,
                                             State& state) {
-  findMobilities(drive);
+  beginSubstep(drive, state);
   const double substep = h / substeps;
   // Velocities are known half a sub-step off the positions. Spring damping wants them where the
   // positions are: they are continued with the last acceleration, which keeps the order.
   const auto kick = [&](int n, double share, double ahead) {
     setTime(model_, drive.time + n * substep);
     sumForces(model_, drive.loads, state.positions, v_, accelerations_);
+    addPinWork(drive, share * substep, false);
     double *const v = state.velocities.data(), *const x = state.positions.data();
     double* const expected = v_.data();
     for (Eigen::Index i = 0; i < accelerations_.size(); ++i) {

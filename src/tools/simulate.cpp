@@ -56,7 +56,8 @@ void run(std::uint64_t steps, const SimulateOptions& options, CsvWriter* csv,
     progress.show(step);
   }
   const std::uint64_t last = simulation.state().step;
-  if (csv && written != last) csv->write(simulation.state());
+  // After a failure the state may be one that was written before.
+  if (csv && last > written) csv->write(simulation.state());
   if (csv) csv->close();
   if (g_signal != 0 && last < steps) {
     statistics.remark("ended by signal " + std::to_string(g_signal) + " after step " +

@@ -1,9 +1,6 @@
 #!/usr/bin/python3
 """drag_markers: what the mouse does in RViz leads particles. The test plays the mouse."""
 
-import signal
-import subprocess
-
 import numpy
 import roslib.packages
 import rospy
@@ -26,12 +23,7 @@ class DragTest(NodeTest):
     def begin(self, changes=None):
         self.node = self.start(SCENE, changes)
         executable = roslib.packages.find_node('mass_spring_sim', 'drag_markers')[0]
-        process = subprocess.Popen([executable, '_node:=' + self.node.name, '_rate:=20'])
-
-        def end():
-            process.send_signal(signal.SIGINT)
-            process.wait()
-        self.addCleanup(end)
+        self.run_beside([executable, '_node:=' + self.node.name, '_rate:=20'])
         self.markers = {}
         for topic, kind in (('update_full', InteractiveMarkerInit),
                             ('update', InteractiveMarkerUpdate)):

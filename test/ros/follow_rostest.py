@@ -45,9 +45,14 @@ class FollowTest(NodeTest):
     def test_a_pin_of_the_scene_follows_its_frame(self):
         self.begin({'pins': {'grip': {'object': 'left', 'particles': [1, 2],
                                       'follow_frame': 'hand'}}})
-        # Not heard of yet: held where they are, at x = 0.1 and 0.2.
+        # Not heard of yet: held where they are, at x = 0.1 and 0.2. It is given a second.
         pin, start = self.pin_at_next_step('grip')
-        self.assertTrue(pin.stale)
+        self.assertFalse(pin.stale)
+        self.assertNotIn('is lost', self.node.output())
+        wait_until(lambda: self.pin_at_next_step('grip')[0].stale, 'the frame is lost')
+        pin, start = self.pin_at_next_step('grip')
+        self.assertIn('its frame hand is lost: tf knows neither the frame "hand" nor the scene\'s '
+                      'frame "world"', self.node.output())
         self.assertAlmostEqual(pin.target.position.x, 0.15)
         frame = self.frame('hand', (1.0, 0.0, 1.0))
         pin, where = self.wait_followed('grip', 1.0)
@@ -91,6 +96,39 @@ class FollowTest(NodeTest):
                 break
         self.assertGreater(len(targets()), 5)
         self.assertTrue(all(places[0] <= x <= places[1] for x in targets()), targets())
+
+    def test_a_frame_that_comes_back_is_caught_up_with(self):
+        self.begin({'pins': {'grip': {'object': 'left', 'particles': [1],
+                                      'follow_frame': 'hand'}}})
+        frame = self.frame('hand', (0.0, 0.0, 1.0))
+        self.wait_followed('grip', 0.0)
+        frame.lose()
+        wait_until(lambda: self.pin_at_next_step('grip')[0].stale, 'the frame is lost')
+        before = len(self.node.applied.messages)
+        self.frame('hand', (0.3, 0.0, 1.4))
+        self.wait_followed('grip', 0.3)
+        targets = numpy.array([[0.0, 0.0, 1.0]] + [
+            vector(told.pin.target.position) for told in self.node.applied.messages[before:]])
+        # 0.5 m at 1 m/s in steps of 0.01 s; coordinates of order 1: round-off.
+        self.assertEqual(len(targets), 1 + 50)
+        numpy.testing.assert_allclose(numpy.linalg.norm(numpy.diff(targets, axis=0), axis=1), 0.01,
+                                      rtol=0, atol=1e-14)
+
+    def test_a_frame_that_stands_still_sends_nothing(self):
+        self.begin({'pins': {'grip': {'object': 'left', 'particles': [1],
+                                      'follow_frame': 'tip'}}})
+        # A chain, of which one link comes late: tf interpolates it.
+        for name, parent, place, turn in (('base', 'world', (0.3, 0.1, 0.7), (0.1, 0.2, 0.3)),
+                                          ('tip', 'base', (0.1, 0.9, -0.4), (0.7, -0.2, 0.1))):
+            frame = Frame(name, place, (*turn, math.sqrt(1.0 - sum(t * t for t in turn))), parent)
+            self.addCleanup(frame.lose)
+        wait_until(lambda: self.pin_at_next_step('grip')[0].target.position.x != 0.1,
+                   'the frame is found')
+        told = len(self.node.applied.messages)
+        self.node.set_paused(False)
+        self.node.states.wait_count(len(self.node.states.messages) + 300)
+        self.node.set_paused(True)
+        self.assertEqual(self.node.applied.messages[told:], [])
 
     def test_a_reset_takes_hold_anew(self):
         self.begin({'pins': {'grip': {'object': 'left', 'particles': [1],

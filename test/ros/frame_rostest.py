@@ -7,10 +7,10 @@ import numpy
 import rospy
 import rostest
 import tf2_ros
-from geometry_msgs.msg import Point, Pose, Quaternion, TransformStamped, Vector3
+from geometry_msgs.msg import (Point, Pose, PoseStamped, Quaternion, TransformStamped, Vector3)
 from std_msgs.msg import Header
 
-from mass_spring_sim.msg import ForceCommand, PinCommand, RejectedCommand
+from mass_spring_sim.msg import ForceCommand, PinCommand, RejectedCommand, ShapeCommand
 from simulated_node import NodeTest, positions, velocities, wait_until
 
 TOOL = Header(frame_id='tool')
@@ -60,6 +60,42 @@ class FrameTest(NodeTest):
         numpy.testing.assert_allclose(positions(state)[:3],
                                       [[0.0, 0.0, 1.0], [0.1, 0.5, 1.0], [0.2, 0.0, 1.0]],
                                       rtol=0, atol=ROUND_OFF)
+
+    def test_the_frame_that_is_missing_is_named(self):
+        push = dict(object='left', particles=[0], forces=[Vector3(1.0, 0.0, 0.0)])
+        self.send(ForceCommand(header=TOOL, **push))  # tf knows tool and world
+        self.send(PinCommand(action=PinCommand.ADD, name='grip', object='left', particles=[1],
+                             here=True))
+        missing = Header(frame_id='tool9')
+        target = Pose(Point(), Quaternion(0.0, 0.0, 0.0, 1.0))
+        publisher = rospy.Publisher(self.node.topic('pins/grip/target'), PoseStamped, queue_size=1)
+        wait_until(lambda: publisher.get_num_connections() == 1, 'the node listens')
+        for field, command in (
+                ('header.frame_id', ForceCommand(header=missing, **push)),
+                ('header.frame_id', PinCommand(header=missing, action=PinCommand.MOVE, name='grip',
+                                               target=target)),
+                ('header.frame_id', ShapeCommand(header=missing, name='table', target=target)),
+                ('follow_frame', PinCommand(action=PinCommand.ADD, name='grab', object='left',
+                                            particles=[0], follow_frame='tool9')),
+                ('header.frame_id', PoseStamped(header=missing, pose=target))):
+            if isinstance(command, PoseStamped):
+                told = len(self.node.rejected.messages)
+                publisher.publish(command)
+                answer = self.node.rejected.wait_count(told + 1)[-1]
+            else:
+                answer = self.node.send(command)
+            self.assert_rejected(answer, RejectedCommand.BAD_FRAME)
+            self.assertEqual(answer.message, field + ': got "tool9", expected a frame that tf '
+                             'knows: tf knows no frame "tool9"; the scene\'s frame is "world"')
+
+    def test_the_frame_of_the_scene_may_be_the_one_that_is_missing(self):
+        node = self.start('free_particles.yaml', {'frame_id': 'stage'})
+        push = ForceCommand(header=TOOL, object='left', forces=[Vector3(1.0, 0.0, 0.0)])
+
+        def told():
+            return self.assert_rejected(node.send(push), RejectedCommand.BAD_FRAME).message
+        wait_until(lambda: 'tf knows the frame "tool", but not the scene\'s frame "stage"' in told(),
+                   'tf has come')
 
     def test_the_frame_of_the_scene_needs_no_transform(self):
         for frame in ('', 'world'):

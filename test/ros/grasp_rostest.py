@@ -49,7 +49,7 @@ class GraspTest(unittest.TestCase):
 
         def commands():
             return [told for told in record['applied'].messages if told.sender == GRIPPER]
-        wait_until(lambda: len(commands()) == 2, 'the corner is grasped and let go', 120.0)
+        wait_until(lambda: len(commands()) == 2, 'the corner is grasped and let go', 2 * DEADLINE)
         cls.grasp, cls.release = commands()
         last = record['state'].wait(
             lambda states: states[-1].step > cls.release.step + 100 and at_rest(states[-1]),

@@ -12,7 +12,7 @@ import rostest
 
 from mass_spring_sim.msg import AppliedCommand, PinCommand
 from mass_spring_sim.srv import GetState
-from simulated_node import DEADLINE, Recorder, feeds, positions, wait_until
+from simulated_node import DEADLINE, TIED, Recorder, feeds, positions, wait_until
 
 NODE = '/mass_spring'
 EPISODES, STEPS = 3, 40
@@ -27,7 +27,7 @@ class LockStepTest(unittest.TestCase):
     def run_example(self, *arguments):
         program = roslib.packages.find_node('mass_spring_sim', 'lock_step.py')[0]
         return subprocess.run([program, *arguments], check=True, stdout=subprocess.PIPE, text=True,
-                              timeout=DEADLINE).stdout
+                              timeout=DEADLINE, **TIED).stdout
 
     def test_each_step_is_acted_on_and_observed(self):
         rospy.wait_for_service(NODE + '/get_state', DEADLINE)

@@ -13,7 +13,7 @@ import rospy
 import rostest
 
 from mass_spring_sim.msg import Topology
-from simulated_node import NodeTest, Recorder, load_scene, wait_until
+from simulated_node import DEADLINE, TIED, NodeTest, Recorder, load_scene, wait_until
 
 NODE = '/mass_spring'
 LAUNCH = '''<launch>
@@ -23,7 +23,8 @@ LAUNCH = '''<launch>
 
 
 class OwnMaster:
-    """A roscore beside the one of the test, which can be killed and started anew."""
+    """A master beside the one of the test, which can be killed and started anew. It is alone: a
+    roscore would leave its rosout behind, and start the master anew."""
 
     def __init__(self):
         with socket.socket() as probe:
@@ -32,13 +33,13 @@ class OwnMaster:
         self.uri = 'http://localhost:%d' % self.port
         self.environment = dict(os.environ, ROS_MASTER_URI=self.uri)
         self.api = xmlrpc.client.ServerProxy(self.uri)
-        self.process = None
         self.start()
 
     def start(self):
-        self.process = subprocess.Popen(['roscore', '-p', str(self.port)], env=self.environment,
-                                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        wait_until(self.answers, 'roscore answers')
+        self.process = subprocess.Popen(['rosmaster', '--core', '-p', str(self.port)],
+                                        env=self.environment, stdout=subprocess.DEVNULL,
+                                        stderr=subprocess.DEVNULL, **TIED)
+        wait_until(self.answers, 'the master answers')
 
     def answers(self):
         try:
@@ -47,16 +48,12 @@ class OwnMaster:
             return False
 
     def kill(self):
-        # roslaunch, the parent, would start the master anew.
-        master = self.api.getPid('/test')[2]
         self.process.kill()
         self.process.wait()
-        os.kill(master, signal.SIGKILL)
-        wait_until(lambda: not self.answers(), 'roscore is gone')
 
     def run(self, *command):
         """What a user's command prints."""
-        return subprocess.run(command, env=self.environment, timeout=60, check=True,
+        return subprocess.run(command, env=self.environment, timeout=DEADLINE, check=True, **TIED,
                               stdout=subprocess.PIPE, universal_newlines=True).stdout
 
 
@@ -105,10 +102,8 @@ class MasterTest(NodeTest):
         with tempfile.NamedTemporaryFile('w', suffix='.launch') as launch:
             launch.write(LAUNCH)
             launch.flush()
-            roslaunch = subprocess.Popen(['roslaunch', '--wait', launch.name],
-                                         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-            self.addCleanup(roslaunch.wait)
-            self.addCleanup(roslaunch.terminate)
+            self.run_beside(['roslaunch', '--wait', launch.name], stdout=subprocess.DEVNULL,
+                            stderr=subprocess.DEVNULL)
             topology = Recorder(NODE + '/topology', Topology)
             self.addCleanup(topology.close)
             first = topology.wait_count(1)[0]

@@ -20,7 +20,7 @@ from geometry_msgs.msg import Vector3
 
 from mass_spring_sim.msg import ForceCommand
 from network import ADDRESSES, CABLE, MASTER, Network, ip, on
-from simulated_node import NodeTest, SimulatedNode, feeds, load_scene, velocities, wait_until
+from simulated_node import DEADLINE, TIED, NodeTest, SimulatedNode, feeds, load_scene, velocities, wait_until
 
 CUT = 2.0                 # s of wall time
 # Steps from one state to the next. Those of a cut come all at once, and rosbag keeps 100 that come
@@ -89,7 +89,7 @@ class NetworkTest(NodeTest):
     def step_at_simulator(self):
         """The last step, as seen on the simulator's own host."""
         text = subprocess.run([*self.simulator, 'rostopic', 'echo', '-n', '1', '-p',
-                               self.node.topic('state') + '/step'], timeout=60, check=True,
+                               self.node.topic('state') + '/step'], timeout=DEADLINE, check=True, **TIED,
                               stdout=subprocess.PIPE, text=True).stdout
         return int(text.split()[-1].split(',')[-1])
 

@@ -1,6 +1,8 @@
 #!/usr/bin/python3
 """What the node tells: states, topology, scene, statistics, and when."""
 
+import os
+import subprocess
 import time
 
 import numpy
@@ -8,10 +10,13 @@ import rosgraph
 import rospy
 import rostest
 import yaml
+from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Bool, String
 
-from mass_spring_sim.msg import SolverStats, Topology
-from simulated_node import NodeTest, SimulatedNode, positions
+from mass_spring_sim.msg import (Contacts, ParticleStates, PinCommand, PinStates, ShapeCommand,
+                                 SolverStats, Topology)
+from mass_spring_sim.srv import GetState, SetState
+from simulated_node import DEADLINE, TIED, NodeTest, SimulatedNode, load_scene, pose, positions
 
 
 class PublishingTest(NodeTest):
@@ -31,6 +36,65 @@ class PublishingTest(NodeTest):
             self.assertLess(abs(state.header.stamp.to_sec() - time.time()), 60.0)
         for before, after in zip(states, states[1:]):
             self.assertLess(before.header.stamp, after.header.stamp)
+
+    def test_who_comes_while_it_runs_disturbs_nobody(self):
+        node = self.start('hanging_cloth.yaml', {'start_paused': False})
+        for _ in range(3):
+            before = len(node.states.messages)
+            # rospy shares the connections to a topic, hence another process.
+            came = subprocess.run(['rostopic', 'echo', '-n', '2', '-p', node.topic('state/step')],
+                                  stdout=subprocess.PIPE, check=True, text=True, timeout=DEADLINE,
+                                  **TIED).stdout.split()[1:]
+            steps = [int(line.split(',')[1]) for line in came]
+            self.assertEqual(steps[1], steps[0] + 1)
+            node.states.wait(lambda states: len(states) > before and states[-1].step > steps[1],
+                             'it goes on')
+        steps = [state.step for state in node.states.messages]
+        self.assertEqual(steps, list(range(steps[0], steps[0] + len(steps))))
+
+    def test_who_comes_while_it_is_paused_sees_how_it_stands(self):
+        rates = {'state': 3.0, 'stats': 3.0, 'points': 3.0, 'pins': 3.0, 'contacts': 3.0}
+        ball = {'type': 'sphere', 'center': [0.0, 0.0, 0.5], 'radius': 0.1}
+        node = self.start('hanging_cloth.yaml', {
+            'publish': rates, 'effects/contact': {'stiffness': 100.0, 'shapes': {'ball': ball}}})
+        node.call_step(7)  # none of the rates is due
+        state = node.call('get_state', GetState).state
+        self.assertEqual(state.step, 7)
+        stamp = state.header.stamp
+        stats = node.record('stats', SolverStats)
+        self.assertEqual(stats.wait_count(1)[0].step, 7)
+        self.assertEqual(stats.messages[0].scheme, 'implicit_euler')
+        contacts = node.record('contacts', Contacts)
+        self.assertEqual(contacts.wait_count(1)[0].step, 7)
+        points = node.record('points', PointCloud2)
+        cloud = points.wait_count(1)[0]
+        self.assertEqual((cloud.header.stamp, cloud.width), (stamp, 27))
+        pins = node.record('pins', PinStates)
+        self.assertEqual(pins.wait_count(1)[0].header.stamp, stamp)
+        node.states.close()
+        states = node.record('state', ParticleStates)
+        told = states.wait_count(1)[0]
+        self.assertEqual((told.step, told.positions), (7, state.positions))
+
+        # A command changes pins and shapes, and nothing else as long as no step is done.
+        self.assert_applied(node.send(PinCommand(action=PinCommand.ADD, name='grab', object='sheet',
+                                                 particles=[19], here=True)))
+        pins.wait(lambda all: 'grab' in [pin.name for pin in all[-1].pins], 'the pin is told')
+        target = pose((0.0, 0.0, 0.4))
+        self.assert_applied(node.send(ShapeCommand(name='ball', target=target)))
+        contacts.wait_count(3)
+        # A state that was set, and a start, are told on all of them.
+        moved = 1.01 * numpy.array(state.positions)
+        self.assertTrue(node.call('set_state', SetState, moved, []).success)
+        states.wait(lambda all: list(all[-1].positions) == list(moved), 'the new state is told')
+        self.assertEqual([(told.step, told.commands) for told in states.messages],
+                         [(7, 1), (7, 4)])  # the first command was the timeline's
+        points.wait_count(2)
+        stats.wait(lambda all: all[-1].pins == 4 and all[-1].kinetic_energy == 0.0, 'so are stats')
+        node.trigger('reset')
+        for recorder in (states, stats, contacts):
+            recorder.wait(lambda all: all[-1].step == 0, 'the start is told')
+        pins.wait(lambda all: 'grab' not in [pin.name for pin in all[-1].pins], 'the pin is gone')
 
     def test_states_come_at_the_rate_asked_for(self):
         every_fourth = self.start('hanging_cloth.yaml', {'publish/state': 25.0})
@@ -109,9 +173,11 @@ class PublishingTest(NodeTest):
     def test_statistics_describe_the_step(self):
         node = self.start('free_particles.yaml', {'publish/stats': 100.0})
         stats = node.record('stats', SolverStats)
+        start, = stats.wait_count(1)  # as it is paused
+        self.assertEqual((start.step, start.scheme, start.substeps), (0, 'implicit_euler', 0))
         node.step(5)
-        messages = stats.wait_count(5)
-        self.assertEqual([message.step for message in messages], [1, 2, 3, 4, 5])
+        messages = stats.wait_count(6)
+        self.assertEqual([message.step for message in messages], [0, 1, 2, 3, 4, 5])
         last = messages[-1]
         self.assertEqual(last.scheme, 'implicit_euler')
         self.assertEqual(last.sim_time, 0.05)
@@ -119,6 +185,20 @@ class PublishingTest(NodeTest):
                           last.max_speed), (0.0, 0.0, 0.0, 0.0))
         self.assertEqual((last.active_forces, last.pins, last.contacts), (0, 0, 0))
         self.assertEqual(last.estimated_error, -1.0)
+
+    def test_lines_appear_when_they_are_said(self):
+        # Into a pipe, as roslaunch reads them: whole blocks would be held back there.
+        reading, writing = os.pipe()
+        self.addCleanup(os.close, reading)
+        node = SimulatedNode(load_scene('hanging_cloth.yaml'), output=writing)
+        self.addCleanup(node.end)
+        os.close(writing)
+        said = ''
+        while 'Simulating 27 particles' not in said:
+            part = os.read(reading, 4096).decode()
+            self.assertNotEqual(part, '', 'it ended: ' + said)
+            said += part
+        self.assertIsNone(node.process.poll())
 
     def test_wall_time_needs_no_clock(self):
         node = self.start('hanging_cloth.yaml', {'start_paused': False})

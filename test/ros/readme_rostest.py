@@ -13,7 +13,7 @@ import rosservice
 import rostest
 import yaml
 
-from simulated_node import NodeTest, SimulatedNode, load_scene
+from simulated_node import NodeTest, SimulatedNode, load_scene, wait_until
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..')
 # roscpp's own.
@@ -71,6 +71,9 @@ class ReadmeTest(NodeTest):
                 name = re.sub('^' + re.escape(node.name) + '/', '~', name)
                 found.add((re.sub(r'^~(pins|wrenches)/\w+', r'~\1/NAME', name), kind))
             return found
+        # These are offered after the services.
+        wait_until(lambda: '~wrenches/NAME' in dict(
+            offered(slave.getPublications(rospy.get_name())[2])), 'there are wrenches')
         published = offered(slave.getPublications(rospy.get_name())[2])
         self.assertIn('/clock', dict(published))  # here the node is its master
         self.assertEqual(name_and_type(self.api, 'Published') | {('/rosout', 'rosgraph_msgs/Log')},

@@ -122,6 +122,7 @@ void Recording::tell(std::uint8_t kind) {
 void Recording::tellState() {
   states.push_back(toMessage(simulation_->state()));
   states.back().header.stamp = now_;
+  states.back().commands = commands.size();
 }
 
 void Recording::startOver() {

@@ -37,13 +37,14 @@ class Recording : public Told {
   void reset();
   void reload(const std::string& scene);
   void setState(const Vectors& positions, const Vectors& velocities);
+  /// As it stands; step(), reset() and reload() tell of it by themselves.
+  void tellState();
   const Simulation& simulation() const { return *simulation_; }
 
  private:
   void take(const std::string& scene);
   void tell(mass_spring_sim::AppliedCommand message, const std::string& sender);
   void tell(std::uint8_t kind);
-  void tellState();
   void startOver();
 
   const Stamps stamps_;

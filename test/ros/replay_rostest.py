@@ -2,6 +2,7 @@
 """A run is recorded as one would, done again out of the bag, and done again as a timeline."""
 
 import csv
+import io
 import os
 import re
 import signal
@@ -18,7 +19,7 @@ from std_srvs.srv import Trigger
 
 from mass_spring_sim.msg import ForceCommand, PinCommand, ShapeCommand
 from mass_spring_sim.srv import SetState
-from simulated_node import DEADLINE, NodeTest, feeds, wait_until
+from simulated_node import DEADLINE, TIED, NodeTest, feeds, wait_until
 from tf_frame import Frame
 
 TOPICS = ('scene', 'applied', 'state', 'topology')
@@ -33,7 +34,13 @@ def program(name, *arguments):
     """Runs it to its end; stdout is all that it wrote."""
     return subprocess.run([roslib.packages.find_node('mass_spring_sim', name)[0], *arguments],
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=DEADLINE,
-                          text=True)
+                          text=True, **TIED)
+
+
+def wire_format(message):
+    buffer = io.BytesIO()
+    message.serialize(buffer)
+    return buffer.getvalue()
 
 
 def pose(x, y, z, turn=0.0):
@@ -52,10 +59,9 @@ class ReplayTest(NodeTest):
         """A node at its start, recorded from there on."""
         self.node = self.start('hanging_cloth.yaml', changes)
         topics = [self.node.topic(name) for name in TOPICS]
-        self.recorder = subprocess.Popen(
+        self.recorder = self.run_beside(
             [roslib.packages.find_node('rosbag', 'record')[0], '-O', self.bag,
              '__name:=replay_recorder', *topics])
-        self.addCleanup(self.recorder.kill)
         wait_until(lambda: all(feeds(self.node.name, topic, '/replay_recorder')
                                for topic in topics), 'the recorder listens')
 
@@ -65,9 +71,15 @@ class ReplayTest(NodeTest):
             # Further steps push what it has out of its buffers.
             self.node.step(20)
             with open(self.bag + '.active', 'rb') as file:
-                return file.read().count(last) > 0
+                content = file.read()
+            return all(part in content for part in last)
         state = self.node.step(1)[-1]
-        last = numpy.array(state.positions).tobytes()
+        last = [numpy.array(state.positions).tobytes()]
+        if self.node.applied.messages:
+            # As it is numbered: each topic comes to the recorder on a way of its own.
+            number = state.commands
+            told = self.node.applied.wait(lambda all: all[-1].number >= number, 'all is told')[-1]
+            last.append(wire_format(told))
         wait_until(written, 'the run is in the bag')
         self.recorder.send_signal(signal.SIGINT)
         self.assertEqual(self.recorder.wait(DEADLINE), 0)
@@ -233,6 +245,8 @@ class ReplayTest(NodeTest):
                 if message.number == 1:
                     return None
                 message.number -= 1
+            if topic == 'state':
+                message.commands -= min(message.commands, 1)
             return message
         done = program('replay', self.rewrite(without_force))
         self.assertEqual(done.returncode, 2, done.stdout)
@@ -245,6 +259,30 @@ class ReplayTest(NodeTest):
         done = program('replay', self.rewrite(renumbered))
         self.assertEqual(done.returncode, 1, done.stdout)
         self.assertIn('after command 1 of %s comes 3' % self.node.name, done.stdout)
+
+    def test_a_bag_that_lacks_commands_is_no_run_that_differs(self):
+        self.begin(CHANGES)
+        self.node.step(3)
+        for steps in (4, 5, 20):
+            self.send(ForceCommand(object='sheet', particles=[12], forces=[Vector3(0.3, 0.0, 0.1)]))
+            self.node.step(steps)
+        self.end()
+        self.assert_same()
+        numbers = [told.number for told in self.node.applied.messages]
+        self.assertEqual(numbers, [1, 2, 3, 4])  # one of them of the timeline, before step 6
+
+        def without(*lost):
+            return lambda topic, message: (
+                None if topic == 'applied' and message.number in lost else message)
+        for lost, words in (((3,), 'after command 2 of %s comes 4' % self.node.name),
+                            ((4,), 'the bag lacks the commands 4 to 4 of %s, which came before its '
+                                   'state of step 13' % self.node.name),
+                            ((3, 4), 'the bag lacks the commands 3 to 3 of %s, which came before '
+                                     'its state of step 8' % self.node.name)):
+            done = program('replay', self.rewrite(without(*lost)))
+            self.assertEqual(done.returncode, 1, done.stdout)
+            self.assertIn(words, done.stdout)
+            self.assertNotIn('difference', done.stdout)
 
     def test_bad_arguments_and_bags_end_with_1(self):
         missing = os.path.join(self.folder, 'none.bag')

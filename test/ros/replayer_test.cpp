@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -148,15 +149,60 @@ TEST(Replayer, FindsTheLastBit) {
   EXPECT_EQ(comparison.largest->step, 21u);  // of positions
 }
 
-TEST(Replayer, FindsThatACommandIsMissing) {
+TEST(Replayer, FindsThatTheRunDiffersWithoutACommand) {
   Recording recording(kRecordedScene);
   act(recording);
   recording.commands.erase(recording.commands.begin());
-  for (std::size_t k = 0; k < recording.commands.size(); ++k) recording.commands[k].number = k + 1;
+  for (auto& command : recording.commands) --command.number;
+  for (auto& state : recording.states) state.commands -= std::min<std::uint64_t>(state.commands, 1);
   const Comparison comparison = compared(recording);
   ASSERT_TRUE(comparison.first);
   EXPECT_EQ(comparison.first->step, 3u);
   EXPECT_EQ(comparison.first->object, "sheet");
+}
+
+TEST(Replayer, TellsABagThatLacksCommandsFromARunThatDiffers) {
+  Recording recording(kRecordedScene);
+  act(recording);
+  const std::uint64_t last = recording.commands.size();
+  // In the middle, the numbers of those around it tell.
+  Told gap = recording;
+  gap.commands.erase(gap.commands.begin() + 4);
+  EXPECT_EQ(refusal(gap),
+            "after command 4 of /mass_spring comes 6: those in between were lost on the way to the "
+            "recorder");
+  // At the end, the states tell. The last command came 15 steps before the end, the one before
+  // 5 steps earlier.
+  Told end = recording;
+  end.commands.pop_back();
+  const std::string came = " of /mass_spring, which came before its state of step ";
+  EXPECT_TRUE(contains(refusal(end), "the bag lacks the commands " + std::to_string(last) + " to " +
+                                         std::to_string(last) + came + "26"))
+      << refusal(end);
+  EXPECT_TRUE(contains(refusal(end), "Of the 25 states before, 0 differ")) << refusal(end);
+  end.commands.pop_back();
+  EXPECT_TRUE(contains(refusal(end), "the bag lacks the commands " + std::to_string(last - 1) +
+                                         " to " + std::to_string(last - 1) + came + "21"))
+      << refusal(end);
+  // The states end before what is missing.
+  end.states.resize(20);
+  EXPECT_TRUE(compared(end).same());
+  // No command at all.
+  end.commands.clear();
+  EXPECT_TRUE(contains(refusal(end), "the bag lacks the commands 1 to 5" + came + "3"))
+      << refusal(end);
+}
+
+TEST(Replayer, TakesTheSameStateTwice) {
+  Recording recording(kRecordedScene, Recording::Stamps::kSimulated);
+  recording.step(4);
+  recording.tellState();
+  recording.setState(recording.simulation().state().positions * 1.01,
+                     recording.simulation().state().velocities * 0.5);
+  recording.tellState();  // as the node does while it is paused
+  recording.step(2);
+  EXPECT_TRUE(compared(recording).same());
+  EXPECT_EQ(compared(recording).states, 8u);
 }
 
 TEST(Replayer, FindsThatTheTimelineDidOtherwise) {

@@ -90,7 +90,8 @@ class ShapeTest(NodeTest):
             return messages[-1].shapes[0]
         # Not heard of yet: it stands where its coordinates are in the scene's frame.
         first = table()
-        self.assertEqual((first.stale, first.pose.position.z), (True, 0.0))
+        self.assertEqual((first.stale, first.pose.position.z), (False, 0.0))
+        wait_until(lambda: table().stale, 'the frame is lost')
         frame = Frame('hand', (0.25, 0.0, 0.9))
         self.addCleanup(frame.lose)
         wait_until(lambda: table().pose.position.x == 0.25, 'the shape is where its frame is')

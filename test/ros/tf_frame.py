@@ -9,10 +9,10 @@ from std_msgs.msg import Header
 
 
 class Frame:
-    """Ten times a second in the world."""
+    """Ten times a second in its parent."""
 
-    def __init__(self, name, position, rotation=(0.0, 0.0, 0.0, 1.0)):
-        self._transform = TransformStamped(header=Header(frame_id='world'), child_frame_id=name)
+    def __init__(self, name, position, rotation=(0.0, 0.0, 0.0, 1.0), parent='world'):
+        self._transform = TransformStamped(header=Header(frame_id=parent), child_frame_id=name)
         self._broadcaster = tf2_ros.TransformBroadcaster()
         self._lost = threading.Event()
         self.move(position, rotation)

@@ -14,7 +14,8 @@ namespace mass_spring {
 namespace {
 
 constexpr const char* kFooter =
-    "Exit status: 0 the run is the same bit for bit, 1 arguments or bag refused, 2 it is not.";
+    "Exit status: 0 the run is the same bit for bit, 1 arguments or bag refused, also a bag that\n"
+    "lacks commands, 2 the run is not the same.";
 
 // So many of the ways in which runs differ are told in full.
 constexpr std::size_t kMostRefused = 10;

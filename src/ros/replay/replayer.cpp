@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <iterator>
+#include <sstream>
 #include <utility>
 
 #include "mass_spring_sim/scene_reader.h"
@@ -20,14 +21,9 @@ const std::string kTimeline = "timeline";
 /// The runs have parted for good.
 struct Parted {};
 
-/// Was the state told before the command took effect? Simulated time stands still between a step
-/// and the next, so that both may carry the same stamp: then only the start of a run comes after
-/// the reset that led to it.
+/// Was the state told before the command took effect?
 bool isBefore(const ParticleStates& state, const AppliedCommand* command) {
-  if (command == nullptr || state.header.stamp < command->header.stamp) return true;
-  const bool start = state.step == 0 && (command->kind == AppliedCommand::RESET ||
-                                         command->kind == AppliedCommand::RELOAD);
-  return state.header.stamp == command->header.stamp && !start;
+  return command == nullptr || state.commands < command->number;
 }
 
 std::string describe(const AppliedCommand& command) {
@@ -59,6 +55,7 @@ void Replayer::run() {
   try {
     for (; run_.command() != nullptr; run_.nextCommand()) {
       follow(*run_.command());
+      done_ = run_.command()->number;
       ++comparison_.commands;
     }
     passStates(nullptr);
@@ -145,12 +142,12 @@ void Replayer::startOver() {
 }
 
 void Replayer::checkFirst(const AppliedCommand& command, bool starts_over) {
-  if (!std::exchange(first_, false) || command.number == own_commands_ + 1) return;
-  if (command.number <= own_commands_) {
+  if (!std::exchange(first_, false) || command.number == done_ + 1) return;
+  if (command.number <= done_) {
     comparison_.refused.push_back("the scene's timeline gives more commands than it did");
     return;
   }
-  const std::uint64_t missed = command.number - own_commands_ - 1;
+  const std::uint64_t missed = command.number - done_ - 1;
   if (!starts_over) {
     throw BagError("the recording began late: " + std::to_string(missed) +
                    " commands came before " + describe(command) +
@@ -187,8 +184,20 @@ void Replayer::compareHere(const AppliedCommand* limit) {
   for (; run_.state() != nullptr && isBefore(*run_.state(), limit) &&
          run_.state()->step == simulation_->state().step;
        run_.nextState()) {
+    if (limit == nullptr) checkCommands(*run_.state());
     compare(*run_.state());
   }
+}
+
+void Replayer::checkCommands(const ParticleStates& state) const {
+  if (state.commands <= done_) return;
+  std::ostringstream message;
+  message << "the bag lacks the commands " << done_ + 1 << " to " << state.commands << " of "
+          << run_.node() << ", which came before its state of step " << state.step
+          << ": they came before the recording began, or had not reached the recorder when it "
+             "ended. Of the "
+          << comparison_.states << " states before, " << comparison_.differing_states << " differ";
+  throw BagError(message.str());
 }
 
 void Replayer::compare(const ParticleStates& recorded) {
@@ -232,7 +241,8 @@ std::string Replayer::nextStep() const { return std::to_string(simulation_->stat
 StepReport Replayer::step() {
   const std::string number = nextStep();
   const StepReport report = simulation_->step();
-  own_commands_ += own_applied_.size();
+  // What was told of has been counted.
+  done_ += own_applied_.size() - std::min(own_applied_.size(), told_.size());
   // Where the recording had not begun yet, or ends, it need not tell of them.
   const bool recorded = !told_.empty() || (!first_ && run_.command() != nullptr);
   if (recorded &&

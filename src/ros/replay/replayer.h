@@ -63,6 +63,8 @@ class Replayer {
   void passStates(const Applied* limit);
   void advanceTo(std::uint64_t step, const Applied* limit);
   void compareHere(const Applied* limit);
+  /// @throws BagError if the state was told after commands that the bag does not have
+  void checkCommands(const mass_spring_sim::ParticleStates& state) const;
   void compare(const mass_spring_sim::ParticleStates& recorded);
   void compare(const std::vector<double>& recorded, const Vectors& simulated, bool velocity,
                std::optional<Difference>& first);
@@ -79,7 +81,7 @@ class Replayer {
   RecordedTimeline timeline_;
   Comparison comparison_;
   bool first_ = true;                        ///< no command has been met yet
-  std::uint64_t own_commands_ = 0;           ///< that the scene's timeline has given so far
+  std::uint64_t done_ = 0;                   ///< commands of the node that are done, or follow next
   std::vector<Applied> told_, own_applied_;  ///< by the scene's timeline, before the next step
 };
 
