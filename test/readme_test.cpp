@@ -339,7 +339,7 @@ TEST(ScenePage, DefaultsAreThoseOfTheReader) {
   std::size_t checked = 0;
   for (const Row& row : rowsOfScenePage()) {
     Tree tree = sceneFor(row.path);
-    makeRoomFor(row.path, tree);
+    if (row.default_value != "absent") makeRoomFor(row.path, tree);
     erase(tree, row.path);
     if (row.default_value.rfind("required", 0) == 0) {
       EXPECT_TRUE(problemAt(tree, row.path)) << row.path << " is not required";

@@ -71,7 +71,7 @@ class ReadmeTest(NodeTest):
                 name = re.sub('^' + re.escape(node.name) + '/', '~', name)
                 found.add((re.sub(r'^~(pins|wrenches)/\w+', r'~\1/NAME', name), kind))
             return found
-        # Offered after the services.
+        # These are offered after the services.
         wait_until(lambda: '~wrenches/NAME' in dict(
             offered(slave.getPublications(rospy.get_name())[2])), 'there are wrenches')
         published = offered(slave.getPublications(rospy.get_name())[2])
