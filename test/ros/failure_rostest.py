@@ -67,7 +67,7 @@ class FailingStepTest(NodeTest):
     def check_survives(self, node, cause):
         """Lets a step fail, after cause(), and sees the node live on."""
         log = node.record('/rosout', Log)
-        undisturbed = motion(node.step(3))
+        undisturbed = motion(node.step(2))
         node.reset()
         cause()
         node.set_paused(False)
@@ -89,7 +89,7 @@ class FailingStepTest(NodeTest):
         self.assertEqual(again.step, response.step)
 
         node.reset()
-        self.assertEqual(motion(node.step(3)), undisturbed)
+        self.assertEqual(motion(node.step(2)), undisturbed)
 
     def test_a_force_beyond_all_numbers(self):
         node = self.start('free_particles.yaml', {'solver/scheme': 'symplectic_euler',

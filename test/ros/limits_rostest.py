@@ -16,6 +16,8 @@ from simulated_node import NodeTest, pose, positions, velocities, wait_until
 
 # m. The sheet is 1 m wide and starts at a height of 1 m.
 SANE = 3.0
+# m/s. A fall of 2 m ends at 6.3 m/s; a corner that whips is somewhat faster.
+SANE_SPEED = 12.0
 # m and m/s. No step that is taken leaves limits.max_extent, or 1000 times limits.max_speed.
 LARGEST = 1.1e6
 
@@ -39,7 +41,7 @@ class BlowUpTest(NodeTest):
 
         def check(state):
             self.assertLess(abs(positions(state)).max(), SANE)
-            self.assertLess(abs(velocities(state)).max(), SANE)
+            self.assertLess(abs(velocities(state)).max(), SANE_SPEED)
 
         state = node.call('get_state', GetState)
         self.assertTrue(state.success, state.message)
@@ -92,7 +94,6 @@ class AbsurdTargetTest(NodeTest):
 
     def setUp(self):
         self.node = self.start('hanging_cloth.yaml', {
-            'start_paused': False,
             'effects/contact': {'stiffness': 1000.0, 'shapes': {
                 'ball': {'type': 'sphere', 'center': [0.0, 0.0, -5.0], 'radius': 0.1}}},
             'timeline': [{'time': 0.1, 'pin': {'action': 'move', 'name': 'corner',
@@ -113,6 +114,7 @@ class AbsurdTargetTest(NodeTest):
     def test_targets_beyond_the_limits_are_refused_and_the_run_goes_on(self):
         node = self.node
         stats = node.record('stats', SolverStats)
+        node.set_paused(False)
         answer = node.rejected.wait_count(1)[0]
         self.assert_rejected(answer, RejectedCommand.LIMIT)
         self.assertEqual(answer.topic, 'timeline')
