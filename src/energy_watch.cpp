@@ -34,6 +34,8 @@ EnergyWatch::EnergyWatch(const Model& model, Scheme scheme)
   for (Vectors* vectors : {&free_masses_, &velocities_, &scratch_}) {
     vectors->setZero(3, model.particleCount());
   }
+  setPinned(std::vector<char>(static_cast<std::size_t>(model.particleCount()), 0));
+  vouched_ = balance_;  // steps allocate nothing
 }
 
 double EnergyWatch::kineticEnergy(const Vectors& velocities) const {

@@ -167,7 +167,10 @@ void Simulation::startOver() {
 }
 
 void Simulation::keep() {
-  if (!kept_) kept_.emplace();
+  if (!kept_) {
+    kept_.emplace();
+    kept_->rest_lengths.reserve(rest_lengths_.capacity());
+  }
   kept_->state = state_;
   kept_->broken = broken_;
   kept_->rest_lengths = rest_lengths_;
