@@ -43,7 +43,7 @@ class Watcher:
     def hear(self, **news):
         with self.changed:
             vars(self).update(news)
-            # Both come at once, in any order; statistics do not come without a step or a pause.
+            # Whoever comes while it is paused gets both, in any order.
             if self.paused or (self.paused is not None and self.stats is not None):
                 self.newest = status_line(self.stats, self.paused)
                 self.changed.notify()
