@@ -21,11 +21,14 @@ INTERVAL_ON_TERMINAL = 0.1  # s
 INTERVAL_IN_LOG = 1.0  # s
 
 
-def status_line(stats):
+def status_line(stats, paused):
+    if stats is None:
+        return 'paused'
     energy = stats.kinetic_energy + stats.elastic_energy + stats.gravity_energy
+    pace = 'paused' if paused else 'real-time factor %.3f' % stats.real_time_factor
     # Fits 80 columns: a terminal that wraps it could not write over it.
-    return ('sim time %8.2f s   real-time factor %.3f   step %7.3f ms   energy %.5g J'
-            % (stats.sim_time, stats.real_time_factor, 1e3 * stats.step_time_median, energy))
+    return ('sim time %8.2f s   %s   step %7.3f ms   energy %.5g J'
+            % (stats.sim_time, pace, 1e3 * stats.step_time_median, energy))
 
 
 class Watcher:
@@ -33,14 +36,17 @@ class Watcher:
 
     def __init__(self, node):
         self.changed = threading.Condition()
-        self.newest = None
-        rospy.Subscriber(node + '/stats', SolverStats, lambda m: self.put(status_line(m)))
-        rospy.Subscriber(node + '/paused', Bool, lambda m: self.put('paused') if m.data else None)
+        self.newest = self.stats = self.paused = None
+        rospy.Subscriber(node + '/stats', SolverStats, lambda m: self.hear(stats=m))
+        rospy.Subscriber(node + '/paused', Bool, lambda m: self.hear(paused=m.data))
 
-    def put(self, line):
+    def hear(self, **news):
         with self.changed:
-            self.newest = line
-            self.changed.notify()
+            vars(self).update(news)
+            # Whoever comes while it is paused gets both, in any order.
+            if self.paused or (self.paused is not None and self.stats is not None):
+                self.newest = status_line(self.stats, self.paused)
+                self.changed.notify()
 
     def next(self, timeout):
         """The newest line if it has not been handed out yet; None if none comes in timeout [s]."""

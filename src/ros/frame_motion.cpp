@@ -44,7 +44,7 @@ double duration(const Pose& from, const Pose& to, const FrameMotion::Speeds& a,
 
 Pose FrameMotion::follow(const Pose& heard, const ros::Time& stamp, const ros::Time& now,
                          double step, const Speeds& limit) {
-  const Pose there = known_ && standsStill(last_, heard) ? last_ : heard;
+  if (!known_ || !standsStill(there_, heard)) there_ = heard;
   if (stamp != stamp_) {
     const double between_stamps = stamp_.isZero() ? 0.0 : (stamp - stamp_).toSec();
     duration_ = between_stamps <= kLongest ? between_stamps : 0.0;
@@ -52,12 +52,12 @@ Pose FrameMotion::follow(const Pose& heard, const ros::Time& stamp, const ros::T
     begin_ = asked_;  // since then the steps have missed it
     stamp_ = stamp;
   }
-  Pose next = known_ ? evenly(there, now) : there;
+  Pose next = known_ ? evenly(now) : there_;
   if (known_ && duration(last_, next, kFastest, limit) > step) behind_ = true;
   if (known_ && behind_) {
-    const double left = duration(last_, there, kCatchUp, limit);
+    const double left = duration(last_, there_, kCatchUp, limit);
     behind_ = left > (1.0 + kSameTime) * step;
-    next = behind_ ? between(last_, there, step / left) : there;
+    next = behind_ ? between(last_, there_, step / left) : there_;
     duration_ = 0.0;  // what is left of the even motion began elsewhere
   }
   known_ = true;
@@ -66,10 +66,10 @@ Pose FrameMotion::follow(const Pose& heard, const ros::Time& stamp, const ros::T
   return next;
 }
 
-Pose FrameMotion::evenly(const Pose& heard, const ros::Time& now) const {
+Pose FrameMotion::evenly(const ros::Time& now) const {
   const double passed = (now - begin_).toSec();
-  if (passed < 0.0 || passed >= duration_ || standsStill(last_, heard)) return heard;
-  return between(start_, heard, passed / duration_);
+  if (passed < 0.0 || passed >= duration_ || standsStill(last_, there_)) return there_;
+  return between(start_, there_, passed / duration_);
 }
 
 }  // namespace mass_spring

@@ -35,9 +35,10 @@ class FrameMotion {
 
  private:
   /// Evenly to where it is heard to be, however fast.
-  Pose evenly(const Pose& heard, const ros::Time& now) const;
+  Pose evenly(const ros::Time& now) const;
 
   Pose start_, last_;
+  Pose there_;  // where it is heard to be, but for rounding
   ros::Time stamp_, begin_, asked_;
   double duration_ = 0.0;  // s
   bool known_ = false;     // it has been followed before

@@ -284,6 +284,12 @@ void PhysicsLoop::advance() {
     ROS_ERROR_STREAM("The simulation is paused, as step " << number
                                                           << " failed: " << report.message);
     clock_.restart(simulation_->state().time);
+    // A step that was taken in vain leaves traces: forces have less time left, and solvers start
+    // from elsewhere.
+    AppliedCommand message;
+    message.kind = AppliedCommand::FAILED_STEP;
+    message.step = number;
+    publishers_.applied(std::move(message));
     publishers_.failed(report, simulation_->sharedModel() != model);
     if (!paused_) changePaused(true);
     finishRequest(false, report.message);

@@ -58,7 +58,8 @@ class GraspTest(unittest.TestCase):
             record[name].wait(lambda all: all[-1].header.stamp >= last.header.stamp, 'the last came')
         cls.masses = numpy.array(record['topology'].messages[0].masses)
         cls.diagnostics = diagnostics.messages
-        cls.states = [state for state in record['state'].messages if state.step <= last.step]
+        # The start is told anew to each who comes while it is paused.
+        cls.states = [state for state in record['state'].messages if 0 < state.step <= last.step]
         cls.stats = record['stats'].messages
         # By the time of the step that they tell of.
         cls.pins, cls.contacts = (

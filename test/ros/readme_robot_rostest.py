@@ -48,10 +48,11 @@ class ReadmeRobotTest(NodeTest):
         buffer = tf2_ros.Buffer()
         tf2_ros.TransformListener(buffer)
 
-        def place(frame, x):
-            """A point on the x axis of a frame, in the frame of the scene; None where tf knows none."""
+        def place(frame, x, stamp):
+            """A point on the x axis of a frame at that time, in the frame of the scene; None where tf
+            knows none."""
             try:
-                found = buffer.lookup_transform('base_link', frame, rospy.Time(0)).transform
+                found = buffer.lookup_transform('base_link', frame, stamp).transform
             except tf2_ros.TransformException:
                 return None
             q = found.rotation
@@ -59,10 +60,10 @@ class ReadmeRobotTest(NodeTest):
                                 2.0 * (q.x * q.z - q.w * q.y)])
             return vector(found.translation) + x * axis
 
-        def led():
+        def led(pins, contacts):
             """Where the simulation has the tool and the middles of both capsules."""
-            plug = next(pin for pin in pins.messages[-1].pins if pin.name == 'plug')
-            shapes = {shape.name: shape for shape in contacts.messages[-1].shapes}
+            plug = next(pin for pin in pins.pins if pin.name == 'plug')
+            shapes = {shape.name: shape for shape in contacts.shapes}
             if plug.stale or any(shape.stale for shape in shapes.values()):
                 return None
             return [vector(state.position) for state in
@@ -71,9 +72,13 @@ class ReadmeRobotTest(NodeTest):
         ends = set()  # of the arm's motion that it has followed to
 
         def followed():
-            """At both ends of its motion the arm is slow: there, the latest messages of tf and of the
-            simulation tell of the same place, but for 1 cm."""
-            frames, here = [place('tool', 0.0), place('upper_arm', 0.25), place('forearm', 0.15)], led()
+            """At both ends of its motion the arm is slow: there, tf and the simulation have it in the
+            same place at the same time, but for 1 cm."""
+            held, touched = pins.messages[-1], contacts.messages[-1]
+            frames = [place('tool', 0.0, held.header.stamp),
+                      place('upper_arm', 0.25, touched.header.stamp),
+                      place('forearm', 0.15, touched.header.stamp)]
+            here = led(held, touched)
             if here is None or any(frame is None for frame in frames):
                 return False
             if max(numpy.linalg.norm(a - b) for a, b in zip(frames, here)) < 0.01:

@@ -48,7 +48,15 @@ void Recording::apply(const Command& command, const std::string& sender) {
 
 void Recording::step(int steps) {
   for (int k = 0; k < steps; ++k) {
-    simulation_->step();
+    const std::uint64_t number = simulation_->state().step + 1;
+    if (simulation_->step().status == StepStatus::kFailed) {
+      start_ = now_ - ros::Duration(simulation_->state().time);
+      AppliedCommand message;
+      message.kind = AppliedCommand::FAILED_STEP;
+      message.step = number;
+      tell(std::move(message), "");
+      return;
+    }
     now_ = stamps_ == Stamps::kWall ? now_ + ros::Duration(0, 1000)
                                     : start_ + ros::Duration(simulation_->state().time);
     tellState();
@@ -108,7 +116,7 @@ void Recording::tell(AppliedCommand message, const std::string& sender) {
   }
   message.header.stamp = now_;
   message.number = commands.size() + 1;
-  message.step = simulation_->state().step + 1;
+  if (message.step == 0) message.step = simulation_->state().step + 1;
   message.sender = sender;
   commands.push_back(std::move(message));
 }

@@ -33,6 +33,7 @@ class Recording : public Told {
   Recording(const Recording&) = delete;
 
   void apply(const Command& command, const std::string& sender = "/somebody");
+  /// As many, or to the one that fails.
   void step(int steps);
   void reset();
   void reload(const std::string& scene);

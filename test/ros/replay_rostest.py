@@ -17,8 +17,8 @@ import rostest
 from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 from std_srvs.srv import Trigger
 
-from mass_spring_sim.msg import ForceCommand, PinCommand, ShapeCommand
-from mass_spring_sim.srv import SetState
+from mass_spring_sim.msg import AppliedCommand, ForceCommand, PinCommand, ShapeCommand
+from mass_spring_sim.srv import SetState, Step
 from simulated_node import DEADLINE, TIED, NodeTest, feeds, wait_until
 from tf_frame import Frame
 
@@ -202,6 +202,27 @@ class ReplayTest(NodeTest):
                                  list(state.positions[3 * particle:3 * particle + 3]), row)
                 compared += 1
         self.assertEqual(compared, len(states) * 27)
+
+    def test_a_run_that_exploded_explodes_again(self):
+        self.begin(CHANGES)
+        self.node.step(10)
+        rospy.set_param(self.node.topic('solver/scheme'), 'rk4')
+        self.assertIn('goes on', self.reload())
+        # A force that lasts longer than that, but not to the end.
+        self.send(ForceCommand(object='sheet', particles=[12], duration=0.3,
+                               forces=[Vector3(0.0, 0.0, 0.1)]))
+        for _ in range(2):
+            before = len(self.node.applied.messages)
+            self.assertFalse(self.node.call('step', Step, 1000).success)
+            failed = self.node.applied.wait(lambda all: len(all) > before, 'it is told')[-1]
+            self.assertEqual(failed.kind, AppliedCommand.FAILED_STEP)
+            # Several steps back, not to the one before.
+            self.assertGreater(failed.step, self.node.call('step', Step, 0).step + 1)
+        rospy.set_param(self.node.topic('solver/scheme'), 'tr_bdf2')
+        self.assertIn('goes on', self.reload())
+        self.node.step(40)
+        self.end()
+        self.assertIn('%d commands' % self.recorded_count('applied'), self.assert_same())
 
     def test_simulated_time_stands_still_and_falls_back(self):
         rospy.set_param('/use_sim_time', True)

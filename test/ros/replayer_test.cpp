@@ -128,6 +128,27 @@ TEST_P(ReplayerOnClock, NeedsNotEveryState) {
   EXPECT_EQ(compared(recording).states, 0u);
 }
 
+TEST_P(ReplayerOnClock, GoesBackWhereAStepFailed) {
+  Recording recording(kRecordedScene, GetParam());
+  recording.step(10);
+  recording.reload(withScheme("rk4"));  // far beyond its largest stable step
+  // Steps that are gone back over use it up, too.
+  recording.apply(ForceCommand{"", "sheet", {3}, {{0.0, 0.0, 0.1}}, 0.4});
+  for (int time = 0; time < 2; ++time) {
+    recording.step(1000);
+    ASSERT_EQ(recording.commands.back().kind, mass_spring_sim::AppliedCommand::FAILED_STEP);
+    ASSERT_GT(recording.commands.back().step, recording.simulation().state().step + 2);
+  }
+  recording.reload(kRecordedScene);
+  recording.step(40);
+  EXPECT_LT(recording.states.back().step, 60u);
+  const Comparison comparison = compared(recording);
+  EXPECT_TRUE(comparison.same());
+  EXPECT_EQ(comparison.refused, std::vector<std::string>());
+  EXPECT_EQ(comparison.states, recording.states.size());
+  EXPECT_EQ(comparison.commands, recording.commands.size());
+}
+
 INSTANTIATE_TEST_SUITE_P(BothClocks, ReplayerOnClock,
                          testing::Values(Recording::Stamps::kWall, Recording::Stamps::kSimulated));
 
@@ -218,6 +239,19 @@ TEST(Replayer, FindsThatTheTimelineDidOtherwise) {
       std::vector<std::string>{"before step 6 the scene's timeline gave other commands than now"});
 }
 
+TEST(Replayer, FindsThatAStepThatFailedDoesNotNow) {
+  Recording recording(kRecordedScene);
+  recording.step(4);
+  mass_spring_sim::AppliedCommand failed;
+  failed.kind = mass_spring_sim::AppliedCommand::FAILED_STEP;
+  failed.header.stamp = recording.states.back().header.stamp;
+  failed.number = 1;
+  failed.step = 5;
+  recording.commands.push_back(failed);
+  EXPECT_EQ(compared(recording).refused,
+            std::vector<std::string>{"step 5 failed, and does not now"});
+}
+
 TEST(Replayer, FindsThatACommandIsRefusedNow) {
   Recording recording(kRecordedScene);
   act(recording);
@@ -302,6 +336,19 @@ TEST(RecordedTimeline, SaysWhatATimelineCannotSay) {
   put.reload(withScheme("tr_bdf2"));
   EXPECT_EQ(refusal(put),
             "a timeline cannot say the ~reload that the run went on with before step 8");
+}
+
+TEST(RecordedTimeline, EndsWhereAStepFails) {
+  Recording recording(withScheme("rk4"));
+  recording.step(1000);
+  const std::uint64_t failed = recording.commands.back().step;
+  EXPECT_EQ(refusal(recording), "");
+  recording.step(1);
+  EXPECT_EQ(refusal(recording), "a timeline cannot say how the run went on after step " +
+                                    std::to_string(failed) + " had failed");
+  recording.reset();  // and so behind us
+  recording.step(1);
+  EXPECT_EQ(refusal(recording), "");
 }
 
 TEST(RecordedTimeline, CommandsAreDueAtTheirSteps) {

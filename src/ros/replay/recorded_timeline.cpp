@@ -38,8 +38,8 @@ void RecordedTimeline::add(std::uint64_t step, Command command) {
   scene_.timeline.push_back({timeBefore(step, scene_.rate), std::move(command)});
 }
 
-void RecordedTimeline::refuse(std::uint64_t step, const std::string& what) {
-  if (obstacle_.empty()) obstacle_ = what + " before step " + std::to_string(step);
+void RecordedTimeline::refuse(const std::string& what) {
+  if (obstacle_.empty()) obstacle_ = what;
 }
 
 std::string RecordedTimeline::toYaml() const {

@@ -16,7 +16,7 @@ class RecordedTimeline {
   /// @param step  the first that the command acts on
   void add(std::uint64_t step, Command command);
   /// The run goes on with what no timeline can say.
-  void refuse(std::uint64_t step, const std::string& what);
+  void refuse(const std::string& what);
 
   /// @throws BagError if no timeline can say it
   std::string toYaml() const;

@@ -26,12 +26,16 @@ bool isBefore(const ParticleStates& state, const AppliedCommand* command) {
   return command == nullptr || state.commands < command->number;
 }
 
+std::string before(const AppliedCommand& command) {
+  return " before step " + std::to_string(command.step);
+}
+
 std::string describe(const AppliedCommand& command) {
-  const char* const kinds[] = {"force",      "pin",       "shape", "clear_forces",
-                               "clear_pins", "set_state", "reset", "reload"};
+  const char* const kinds[] = {"force",     "pin",   "shape",  "clear_forces", "clear_pins",
+                               "set_state", "reset", "reload", "failed step"};
   const std::string kind = command.kind < std::size(kinds) ? kinds[command.kind] : "unknown";
-  return "command " + std::to_string(command.number) + " (" + kind + " of " + command.sender +
-         ", before step " + std::to_string(command.step) + ")";
+  return "command " + std::to_string(command.number) + " (" + kind + " of " + command.sender + "," +
+         before(command) + ")";
 }
 
 std::unique_ptr<Simulation> build(const std::string& scene) {
@@ -79,8 +83,9 @@ void Replayer::follow(const AppliedCommand& command) {
     checkFirst(command, false);
     if (command.sender == kTimeline) {
       told_.push_back(command);  // the simulation will do it itself
+    } else if (command.kind == AppliedCommand::FAILED_STEP) {
+      fail(command);
     } else {
-      takeInVain();
       apply(command);
     }
   }
@@ -91,7 +96,7 @@ void Replayer::apply(const AppliedCommand& command) {
   if (command.kind == AppliedCommand::SET_STATE) {
     result = simulation_->setState(toVectors(command.state.positions),
                                    toVectors(command.state.velocities));
-    timeline_.refuse(command.step, "~set_state");
+    timeline_.refuse("~set_state" + before(command));
   } else {
     const Command own = toCommand(command);
     result = simulation_->apply(own);
@@ -111,16 +116,12 @@ void Replayer::reload(const AppliedCommand& command) {
   } else {
     passStates(&command);
   }
-  if (continued) {
-    takeInVain();
-  } else {
-    finishTold();
-  }
+  if (!continued) finishTold();
   checkFirst(command, !continued);
   if (continued) next->continueFrom(*simulation_);
   take(std::move(next));
   if (continued) {
-    timeline_.refuse(command.step, "the ~reload that the run went on with");
+    timeline_.refuse("the ~reload that the run went on with" + before(command));
   } else {
     startOver();
   }
@@ -138,6 +139,7 @@ void Replayer::take(std::unique_ptr<Simulation> simulation) {
 
 void Replayer::startOver() {
   ++comparison_.restarts;
+  failed_ = 0;
   timeline_.startOver(simulation_->scene());
 }
 
@@ -239,7 +241,7 @@ void Replayer::compare(const std::vector<double>& recorded, const Vectors& simul
 std::string Replayer::nextStep() const { return std::to_string(simulation_->state().step + 1); }
 
 StepReport Replayer::step() {
-  const std::string number = nextStep();
+  const std::uint64_t number = simulation_->state().step + 1;
   const StepReport report = simulation_->step();
   // What was told of has been counted.
   done_ += own_applied_.size() - std::min(own_applied_.size(), told_.size());
@@ -247,11 +249,16 @@ StepReport Replayer::step() {
   const bool recorded = !told_.empty() || (!first_ && run_.command() != nullptr);
   if (recorded &&
       !std::equal(told_.begin(), told_.end(), own_applied_.begin(), own_applied_.end(), same)) {
-    comparison_.refused.push_back("before step " + number +
+    comparison_.refused.push_back("before step " + std::to_string(number) +
                                   " the scene's timeline gave other commands than now");
   }
   told_.clear();
   own_applied_.clear();
+  if (report.status == StepStatus::kFailed) {
+    failed_ = number;
+  } else if (failed_ > 0) {
+    timeline_.refuse("how the run went on after step " + std::to_string(failed_) + " had failed");
+  }
   return report;
 }
 
@@ -259,11 +266,10 @@ void Replayer::finishTold() {
   if (!told_.empty()) step();
 }
 
-void Replayer::takeInVain() {
-  if (told_.empty()) return;
-  const std::string number = nextStep();
+void Replayer::fail(const AppliedCommand& command) {
   if (step().status == StepStatus::kFailed) return;
-  comparison_.refused.push_back("step " + number + " failed, and does not now");
+  comparison_.refused.push_back("step " + std::to_string(command.step) +
+                                " failed, and does not now");
   throw Parted();
 }
 

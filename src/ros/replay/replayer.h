@@ -72,8 +72,8 @@ class Replayer {
   StepReport step();
   /// The timeline acts in a step. Where a run ends with that, no state tells of the step.
   void finishTold();
-  /// Where something else follows before the next step, the node took that one in vain.
-  void takeInVain();
+  /// The next step fails, as it did for the node.
+  void fail(const Applied& command);
   std::string nextStep() const;
 
   RecordedRun& run_;
@@ -82,6 +82,7 @@ class Replayer {
   Comparison comparison_;
   bool first_ = true;                        ///< no command has been met yet
   std::uint64_t done_ = 0;                   ///< commands of the node that are done, or follow next
+  std::uint64_t failed_ = 0;                 ///< the step that failed last; 0 = none so far
   std::vector<Applied> told_, own_applied_;  ///< by the scene's timeline, before the next step
 };
 
