@@ -7,11 +7,15 @@
 namespace mass_spring {
 namespace {
 
-// Shares of the energies that take part, in one step and in all. A swing at a frequency w that a
-// scheme of second order resolves is off by some 0.04 (h w)^3 of its energy in between: 3e-4 at 30
-// steps per period.
+// Shares of the energies that take part, in one step and in all.
 constexpr double kStepTolerance = 1e-3;
-constexpr double kTotalTolerance = 5e-4;
+constexpr double kTotalTolerance = 1e-4;
+// In all, where there is no limit for each step. A swing at a frequency w that tr_bdf2 resolves is
+// off by some 0.04 (h w)^3 of its energy in between: 3e-4 at 30 steps per period.
+constexpr double kSwingTolerance = 5e-4;
+// Of the largest energy, that gravity gives or takes in one step: beyond, no step resolves the
+// motion.
+constexpr double kCoarse = 0.5;
 // The share of the reference energy that may come back. Losses of long ago are no excuse for a
 // gain.
 constexpr double kLongestMemory = 0.1;
@@ -57,15 +61,18 @@ double RoundingNoise::energy(const Vectors& positions, double h, double sum) con
 
 // Where stiff springs turn within a step, the truncation error of tr_bdf2 takes energy away and
 // gives it back later: up to some percent of all energy in one step where a rope whips. No limit
-// for each step can tell that from a gain, but the limit for all steps does. In collisions the
-// limit for each step stays: bodies part with what a step gained there, and no later step takes it
-// back. It stays for the other schemes, too: the implicit midpoint rule only reflects the stiffest
-// motions (R(infinity) = -1) and keeps what they gain.
+// for each step can tell that from a gain, but the limit for all steps does. Where a step is too
+// coarse for the motion as a whole, energy that comes back again and again would keep it from
+// coming to rest; there the limit for each step stays. In collisions the limit for each step stays:
+// bodies part with what a step gained there, and no later step takes it back. It stays for the
+// other schemes, too: the implicit midpoint rule only reflects the stiffest motions (R(infinity) =
+// -1) and keeps what they gain.
 EnergyCheck::EnergyCheck(const Model& model, Scheme scheme)
     : model_(model),
       rounding_(model),
       unheeded_(scheme == Scheme::kXpbd ? model.springs_effect : nullptr),
-      limits_steps_(unheeded_ == nullptr && (scheme != Scheme::kTrBdf2 || collides(model))) {
+      limits_steps_(unheeded_ == nullptr && (scheme != Scheme::kTrBdf2 || collides(model))),
+      tolerance_(limits_steps_ || unheeded_ ? kTotalTolerance : kSwingTolerance) {
   for (Vectors* vectors : {&start_, &scratch_, &free_masses_}) {
     vectors->setZero(3, model.particleCount());
   }
@@ -158,8 +165,10 @@ bool EnergyCheck::gained(const State& end, const Drive& drive) {
   kinetic_ = after.kinetic;
   moving_ = after.kinetic + after.elastic;
   noise_ = rounding_.energy(end.positions, h_, scale_ + std::abs(before_.gravity));
-  return !((!limits_steps_ || gain_ <= kStepTolerance * scale_ + noise_) &&
-           balance_ + gain_ <= kTotalTolerance * std::max(scale_, 2.0 * reference_) + noise_);
+  const bool coarse =
+      std::abs(after.gravity - before_.gravity) > kCoarse * std::max(moving_, reference_);
+  return !((!(limits_steps_ || coarse) || unheeded_ || gain_ <= kStepTolerance * scale_ + noise_) &&
+           balance_ + gain_ <= tolerance_ * std::max(scale_, 2.0 * reference_) + noise_);
 }
 
 bool EnergyCheck::slowDown(State& end, const Drive& drive) {

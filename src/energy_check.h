@@ -61,6 +61,7 @@ class EnergyCheck {
   const RoundingNoise rounding_;
   const Effect* unheeded_;   // the effect whose energy the scheme does not follow, or nullptr
   const bool limits_steps_;  // whether there is a limit for each step, besides that for all steps
+  const double tolerance_;   // share of the energies that all gains may be above all losses
   bool restarted_ = true;
   double balance_ = 0.0;  // J, gained since restart(); what was dissipated makes it negative
   // J, the largest kinetic and elastic energy, less what was lost since. Where a swing turns round,
