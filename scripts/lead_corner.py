@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Leads a pin of a running scene round a circle, such as a corner of the cloth:
+"""Leads a pin of a running scene around a circle, such as a corner of the cloth:
 
   roslaunch mass_spring_sim simulate.launch scene:=cloth
   rosrun mass_spring_sim lead_corner.py _radius:=0.2 _period:=4.0

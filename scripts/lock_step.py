@@ -150,11 +150,13 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--node', default='mass_spring',
                         help='name of the simulation; default: %(default)s')
-    parser.add_argument('--episodes', type=int, default=3)
-    parser.add_argument('--steps', type=int, default=1000, help='of an episode')
-    parser.add_argument('--seed', type=int, default=0)
+    parser.add_argument('--episodes', type=int, default=3, help='default: %(default)s')
+    parser.add_argument('--steps', type=int, default=1000,
+                        help='steps of an episode; default: %(default)s')
+    parser.add_argument('--seed', type=int, default=0,
+                        help='seed of the random policy; default: %(default)s')
     parser.add_argument('--measure', action='store_true',
-                        help='print what the loop takes beside the simulation alone')
+                        help='print the time of the loop, compared with the simulation alone')
     arguments = parser.parse_args(rospy.myargv()[1:])
     random.seed(arguments.seed)
     rospy.init_node('lock_step', anonymous=True)

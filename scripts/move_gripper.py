@@ -11,8 +11,8 @@ robot, the frames come from its drivers, and only what Hand does is left.
 Parameters (private)
   node      name of the simulation's node                               mass_spring
   object    to be grasped                                               cloth
-  particle  of that object, to be grasped; what is near goes with it    19
-  radius    m: so near to it                                            0.025
+  particle  of that object, to be grasped with all particles near it    19
+  radius    m: particles within it are grasped                          0.025
   above     m: the grasped corner is lifted to this point               [-0.1, 0.0, 1.05]
   shakes    number of swings to and fro                                 4
 """

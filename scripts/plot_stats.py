@@ -1,13 +1,13 @@
 #!/usr/bin/python3
-"""Plots what mass_spring_node says of itself: times, error, energies, iterations.
+"""Plots the statistics of mass_spring_node: times, error, energies, iterations.
 
 usage: plot_stats.py [--node NAME] [--bag FILE] [--output FILE.png]
                      [--seconds S] [--window S] [--patience S]
 
 Listens to a running node (default: mass_spring, in the namespace in which this runs), or reads a
 bag with the ~stats of a node (default: the only node in it); shows the plot in a window, or writes
-it to a file, which needs no display. Where another scheme takes over, a line with its name is drawn; a step
-that was redone by another scheme is none.
+it to a file, which needs no display. Where another scheme takes over, a line with its name is drawn, but not
+for a step that was redone by another scheme.
 Ends with status 1 if there is nothing to plot.
 """
 

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Prints what mass_spring_node says of itself: one live line on a terminal, else a line a second.
+"""Prints the status of mass_spring_node: one live line on a terminal, else a line a second.
 
 usage: show_status.py [--node NAME] [--seconds S] [--patience S]
 Ends with status 0 after --seconds of wall time (default: never) since the node was first heard of,
@@ -84,8 +84,10 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--node', default='mass_spring',
                         help='name of the simulation; default: %(default)s')
-    parser.add_argument('--seconds', type=float, default=float('inf'), help='s of wall time')
-    parser.add_argument('--patience', type=float, default=60.0, help='s of wall time')
+    parser.add_argument('--seconds', type=float, default=float('inf'),
+                        help='s of wall time to print; default: until Ctrl-C')
+    parser.add_argument('--patience', type=float, default=60.0,
+                        help='s of wall time to wait for the node; default: %(default)s')
     args = parser.parse_args(rospy.myargv()[1:])
     # Without a master rospy would complain, over and over.
     deadline = time.monotonic() + args.patience

@@ -1,4 +1,4 @@
-// Pushes a travelling wave of forces onto one object of a running scene:
+// Pushes a traveling wave of forces onto one object of a running scene:
 //
 //   roslaunch mass_spring_sim simulate.launch scene:=cloth
 //   rosrun mass_spring_sim push_wave --seconds 5 _acceleration:=8.0 _wavelength:=0.5
@@ -28,7 +28,7 @@ namespace {
 constexpr double kSeconds = 10.0;
 constexpr char kUsage[] = R"(usage: push_wave [--seconds S] [--help] [_PARAMETER:=VALUE]...
 
-Pushes a travelling wave of forces onto one object of a running scene. Particle i feels the force
+Pushes a traveling wave of forces onto one object of a running scene. Particle i feels the force
 m_i a sin(2 pi (f t - s_i / wavelength)) along `push`; s_i is its place along `travel` at the start.
 
   --seconds S   s of wall time until the wave ends (default: 10)
