@@ -19,7 +19,7 @@ enum class Scheme {
   kTrBdf2,               ///< trapezoidal rule, then BDF2, in one step (Bank et al. 1985)
   kRos3,                 ///< Rosenbrock method of three stages (Sandu et al. 1997)
   kXpbd,  ///< one spring after the other: coarse, cheap and stable (Macklin et al. 2019)
-  kAuto,  ///< symplectic_euler (for an accuracy, or rk4) or tr_bdf2, whichever costs less
+  kAuto,  ///< the cheapest of symplectic_euler, tr_bdf2 and, with an accuracy, rk4
 };
 
 /// Properties of a scheme.
@@ -42,7 +42,7 @@ std::optional<Scheme> schemeFromName(const std::string& name);
 
 /// Linear solvers of the implicit schemes.
 enum class LinearSolver {
-  kAuto,               ///< direct for small or chain-like systems, else conjugate gradients
+  kAuto,               ///< a direct factor for small or chain-like systems, else multigrid
   kConjugateGradient,  ///< preconditioned by a block incomplete Cholesky factor
   kCholesky,           ///< sparse factor, for any scene
   kBanded,             ///< factor of a band: for ropes and chains of any kind, slow for the rest
@@ -77,7 +77,7 @@ struct SolverOptions {
   std::optional<double> budget;
   double linear_tolerance = 1e-6;    ///< |b - A x| / |b|, (0, 1)
   int max_linear_iterations = 1000;  ///< [1, 1000000]
-  int threads = 0;                   ///< at the most, [0, 256]; 0 = all cores; 2 is the most used
+  int threads = 0;                   ///< at most, [0, 256]; 0 = all cores; more than 2 are not used
 };
 
 /// The accuracy [m] that the step control uses: solver.accuracy itself, or, with a calibration, the
