@@ -13,16 +13,16 @@ struct Pose {
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  ///< of unit length
 };
 
-/// Forces on particles of one object, from the next step on. All vectors in the scene's frame.
+/// Forces on particles of one object, from the next step on. All vectors are in the scene's frame.
 struct ForceCommand {
-  std::string id;      ///< replaces the running command of the same id; "" = its own each time
+  std::string id;      ///< replaces the running command of the same id; "" = replaces none
   std::string object;  ///< "" only where the scene has exactly one object
   std::vector<std::uint32_t> particles;  ///< of that object; empty = all of them
   std::vector<Eigen::Vector3d> forces;   ///< N per particle; one for each, or one for all
   double duration = 0.0;  ///< s; > 0 rounded up to whole steps, 0 = one step, < 0 = until cleared
 };
 
-/// Makes, moves or removes a pin, from the next step on. In the scene's frame.
+/// Makes, moves or removes a pin, from the next step on. Point and target are in the scene's frame.
 struct PinCommand {
   enum class Action : std::uint8_t { kAdd = 0, kMove = 1, kRemove = 2 };
   Action action = Action::kAdd;
@@ -33,17 +33,18 @@ struct PinCommand {
   double radius = 0.0;                              ///< m; 0 = the nearest one
   Pose target;        ///< where the pin is to go; on kAdd the particles keep their offsets to it
   bool here = false;  ///< kAdd: the pin's pose is the centroid of its particles; target is ignored
-  std::string follow_frame;  ///< of somebody who leads the pin; kMove: as when it was made
+  std::string follow_frame;  ///< tf frame that leads the pin, "" = none; kMove: as in kAdd
 };
 
-/// Moves a shape of contact: from where it is, evenly, from the next step on. In the scene's frame.
+/// Moves a shape of contact evenly from where it is to a target in the scene's frame, from the next
+/// step on.
 struct ShapeCommand {
   std::string name;
-  Pose target;            ///< of its origin: its centre, a plane's point, the middle of a capsule
-  double duration = 0.0;  ///< s, >= 0, until it is there; less than a step = one step
+  Pose target;            ///< of its origin: its center, a plane's point, the middle of a capsule
+  double duration = 0.0;  ///< s, >= 0, until the target; less than a step = one step
 };
 
-/// Lets go of all forces, or of all pins: also of those of the scene.
+/// Removes all forces, or all pins, also the pins of the scene.
 struct ClearCommand {
   enum class What : std::uint8_t { kForces = 0, kPins = 1 };
   What what = What::kForces;
@@ -66,10 +67,10 @@ enum class Refusal : std::uint8_t {
   kUnknownShape = 10,
 };
 
-/// Commands are taken whole or refused whole.
+/// A command is applied as a whole or refused as a whole.
 struct CommandResult {
   Refusal refusal = Refusal::kNone;
-  std::string message;  ///< names what and where; empty if accepted
+  std::string message;  ///< names the value and its place; empty if accepted
   bool accepted() const { return refusal == Refusal::kNone; }
 };
 

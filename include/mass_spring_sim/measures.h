@@ -17,19 +17,20 @@ struct Energy {
   double total() const { return kinetic + elastic + gravity; }
 };
 
-/// Works with the model's effects, at the state's time: not while another thread steps.
+/// Uses the model's effects and sets them to the state's time: do not call it while another thread
+/// steps.
 Energy energy(const Model& model, const State& state);
 
-/// m/s
+/// Largest speed of a particle [m/s].
 double maxSpeed(const State& state);
 
 /// Largest length / rest length over the springs with a rest length above 0; 0 if there are none.
 double maxStretch(const Model& model, const State& state);
 
-/// Strain l / L - 1 of one spring; 0 where L = 0.
+/// Strain l / L - 1 of one spring (length l, rest length L); 0 where L = 0.
 double strain(const Spring& spring, const Vectors& positions);
 
-/// What the particles exert on something, in the axes of the scene.
+/// Force and torque of particles on a pin or shape, in the axes of the scene.
 struct Wrench {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();   ///< N
   Eigen::Vector3d torque = Eigen::Vector3d::Zero();  ///< N m
@@ -40,24 +41,24 @@ struct Wrench {
   }
 };
 
-/// What the particles of each pin exert on whatever holds it, about the origin of its target: all
-/// forces on them, without their own inertia where the pin is accelerated. At rest, the forces of
-/// all pins sum up to the weight.
+/// The wrench of the particles of each pin on the holder, about the origin of the pin's target: all
+/// forces on the particles. The inertia of the particles themselves is not included while the pin
+/// is accelerated. At rest, the forces of all pins add up to the weight.
 /// @param model  of the scene
 /// @param state  at which the forces are taken
 /// @param pins   that hold the particles
-/// @param loads  N per particle, or nullptr
+/// @param loads  forces of commands [N per particle], or nullptr
 std::map<std::string, Wrench> pinWrenches(const Model& model, const State& state, const Pins& pins,
                                           const Vectors* loads);
 
-/// What the particles exert on each shape of contact, about its centre (a plane's point): what a
-/// sensor in it would feel. Empty without contact.
+/// The wrench of the particles on each shape of contact, about its center (a plane's point), as a
+/// sensor in the shape would measure it. Empty without contact.
 std::map<std::string, Wrench> shapeWrenches(const Model& model, const State& state);
 
-/// What a particle feels of a shape of contact.
+/// The contact of one particle with one shape.
 struct Touch {
   std::uint32_t particle;
-  std::uint32_t shape;    ///< in bytewise order of their names
+  std::uint32_t shape;    ///< index in the bytewise order of names
   Eigen::Vector3d force;  ///< N, on the particle
 };
 

@@ -24,7 +24,7 @@ struct Spring {
   std::uint32_t i, j;  ///< global particle numbers, i != j
   double rest_length;  ///< m, >= 0
   double stiffness;    ///< N/m, >= 0
-  double damping;      ///< N s/m along the spring, >= 0; 0 where none was asked for
+  double damping;      ///< N s/m along the spring, >= 0; 0 if the scene gives none
   SpringKind kind;
 };
 
@@ -41,7 +41,7 @@ struct ModelObject {
   std::array<std::uint32_t, 3> resolution;
 };
 
-/// What was built of a scene; constant while it steps. Particles are numbered through all objects.
+/// Built from a scene; constant while it steps. Particles are numbered through all objects.
 struct Model {
   Model();
   ~Model();
@@ -60,27 +60,27 @@ struct Model {
   Limits limits;                                 ///< of the scene
   SolverOptions solver;       ///< of the scene, with auto decided: a scheme and its sub-steps
   std::string scheme_reason;  ///< what auto chose and why; empty if it had nothing to choose
-  std::shared_ptr<ThreadPool> threads;  ///< for whoever computes with this model
+  std::shared_ptr<ThreadPool> threads;  ///< for all computations with this model
   /// The active effects that change springs between steps: tearing, plasticity.
   std::vector<std::string> spring_changes;
 
   std::uint32_t particleCount() const { return static_cast<std::uint32_t>(masses.size()); }
-  /// nullptr if there is none of that name; "" finds the only object of a scene that has just one.
+  /// nullptr if no object has that name; "" finds the only object of a scene with one object.
   const ModelObject* findObject(const std::string& name) const;
   /// The object that holds a global particle number.
   const ModelObject& objectOf(std::uint32_t particle) const;
   std::vector<std::string> effectNames() const;
 };
 
-/// Builds particles and springs object by object, then the effects the scene asks for.
+/// Builds particles and springs object by object, then the effects of the scene.
 /// @param scene  validated by the reader
 Model buildModel(const Scene& scene);
 
-/// The model of a scene without some of its springs, and without the triangles that lose an edge
-/// with them. Particles, solver and threads stay.
+/// The model without some of its springs, and without the triangles that have one of these springs
+/// as an edge. Particles, solver and threads stay the same.
 /// @param scene  from which the model was built
 /// @param model  of the scene, whole or torn already
-/// @param gone   per spring of that model
+/// @param gone   per spring of that model: is it removed?
 Model withoutSprings(const Scene& scene, const Model& model, const std::vector<char>& gone);
 
 /// The particles, springs and triangles of one object, appended to the model.

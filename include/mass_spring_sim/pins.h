@@ -15,15 +15,15 @@ struct Pin {
   std::vector<std::uint32_t> particles;  ///< global
   std::vector<Eigen::Vector3d> offsets;  ///< m, in the frame of the target pose
   Pose target;                           ///< in the scene's frame
-  std::string follow_frame;              ///< "" = led by commands; else by who knows that frame
+  std::string follow_frame;              ///< tf frame that leads it; "" = led by commands
 };
 
-/// The pins of a simulation, by name. A particle belongs to one pin at the most.
+/// The pins of a simulation, by name. A particle belongs to at most one pin.
 class Pins {
  public:
   explicit Pins(std::uint32_t particle_count);
 
-  /// @param command    validated by the caller, but for what the other pins hold
+  /// @param command    validated by the caller, except for conflicts with other pins
   /// @param object     to which the particles belong
   /// @param particles  global, of this one object, not empty
   /// @param positions  of all particles [m]

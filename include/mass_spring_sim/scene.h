@@ -24,7 +24,7 @@ class SceneError : public std::runtime_error {
   std::vector<std::string> problems_;
 };
 
-/// A chain of segments + 1 particles from start to end; neighbours are joined.
+/// A chain of segments + 1 particles from start to end; neighbors are joined.
 struct Rope {
   Eigen::Vector3d start, end;            ///< m
   int segments = 1;                      ///< >= 1
@@ -35,7 +35,7 @@ struct Rope {
   std::optional<double> damping;         ///< N s/m per spring, >= 0
 };
 
-/// resolution[0] x resolution[1] particles in the object's xy plane, centred on position;
+/// resolution[0] x resolution[1] particles in the object's xy plane, centered on position;
 /// particle = row * resolution[0] + column, x runs with the column, y with the row.
 struct Cloth {
   Eigen::Vector2d size;                                   ///< m, > 0
@@ -49,7 +49,7 @@ struct Cloth {
   std::optional<double> damping;                          ///< N s/m per spring
 };
 
-/// nx x ny x nz particles, centred on position; particle = (iz * ny + iy) * nx + ix.
+/// nx x ny x nz particles, centered on position; particle = (iz * ny + iy) * nx + ix.
 struct Lattice {
   Eigen::Vector3d size;                                   ///< m, > 0
   std::array<int, 3> resolution{2, 2, 2};                 ///< >= 2 each
@@ -76,7 +76,8 @@ struct Mesh {
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< filled by the reader
 };
 
-/// Everything by hand. Vectors of "one or all" have been expanded by the reader.
+/// Particles and springs given one by one. Where the file has one value for all, the reader has
+/// repeated it.
 struct Particles {
   std::vector<Eigen::Vector3d> positions;             ///< m, at least one
   std::vector<Eigen::Vector3d> velocities;            ///< m/s, as many as positions
@@ -101,7 +102,7 @@ struct ScenePin {
   std::string name;  ///< [A-Za-z][A-Za-z0-9_]*
   std::string object;
   std::vector<std::uint32_t> particles;  ///< of that object, none twice, not empty
-  std::string follow_frame = "";         ///< "" = none; programs without tf hold the pin still
+  std::string follow_frame = "";         ///< "" = none; without tf, the pin stands still
 };
 
 struct GravityOptions {
@@ -112,9 +113,9 @@ struct AirDragOptions {
   double coefficient = 0.0;  ///< N s/m per particle, >= 0
 };
 
-/// What is added to a wind: it blows with velocity (1 + amplitude sin(2 pi t / period)).
+/// A gust multiplies the velocity of the wind by 1 + amplitude sin(2 pi t / period).
 struct GustOptions {
-  double amplitude = 0.0;  ///< >= 0, share of the wind; above 1 it turns round at times
+  double amplitude = 0.0;  ///< >= 0, share of the wind; above 1 the wind reverses at times
   double period = 0.0;     ///< s, > 0
 };
 
@@ -124,10 +125,10 @@ struct WindOptions {
   double drag = 0.0;                                   ///< coefficient along the wind, >= 0
   double lift = 0.0;                                   ///< coefficient across it, >= 0
   double density = 1.2;                                ///< kg/m^3 of the air, > 0
-  std::optional<GustOptions> gust;                     ///< absent = it is steady
+  std::optional<GustOptions> gust;                     ///< absent = steady wind
 };
 
-/// All that lies on the side of a plane to which its normal does not point.
+/// The half-space behind a plane: the side to which its normal does not point.
 struct Plane {
   Eigen::Vector3d point;   ///< m
   Eigen::Vector3d normal;  ///< not 0; its length does not matter
@@ -144,7 +145,7 @@ struct Box {
   Eigen::Vector3d orientation = Eigen::Vector3d::Zero();  ///< rad, roll pitch yaw
 };
 
-/// All that is nearer than the radius to the segment from start to end.
+/// All points nearer than the radius to the segment from start to end.
 struct Capsule {
   Eigen::Vector3d start, end;  ///< m, not the same
   double radius;               ///< m, > 0
@@ -153,24 +154,25 @@ struct Capsule {
 struct ContactShape {
   std::string name;  ///< [A-Za-z][A-Za-z0-9_]*
   std::variant<Plane, Sphere, Box, Capsule> geometry;
-  /// A tf frame that it is fixed to, and that its geometry is given in: only the node knows tf, for
-  /// others that frame stays where the scene's is. Empty = it stands in the scene.
+  /// The tf frame to which the shape is fixed and in which its geometry is given. Only the node
+  /// knows tf; other programs take the scene's frame instead. Empty = the shape stands in the
+  /// scene.
   std::string follow_frame = "";
 };
 
-/// Particles are kept off shapes by springs, and rub on them (Coulomb).
+/// Springs keep particles off shapes; friction follows Coulomb's law.
 struct ContactOptions {
   double stiffness = 0.0;            ///< N/m per particle, > 0
-  double thickness = 0.005;          ///< m, >= 0: so far from a shape it begins to push
-  std::optional<double> friction;    ///< >= 0; absent = there is none
-  double slip_velocity = 0.001;      ///< m/s, > 0: slower than that, what sticks may creep
+  double thickness = 0.005;          ///< m, >= 0: distance at which a shape begins to push
+  std::optional<double> friction;    ///< >= 0; absent = no friction
+  double slip_velocity = 0.001;      ///< m/s, > 0: sticking particles creep more slowly than this
   std::vector<ContactShape> shapes;  ///< in bytewise order of their names, at least one
 };
 
 /// Structural and shear springs stiffen beyond a strain.
 struct StrainLimitOptions {
   double max_strain = 0.0;        ///< >= 0, length / rest length - 1
-  double stiffness_ratio = 10.0;  ///< > 0, of the extra stiffness beyond to the spring's own
+  double stiffness_ratio = 10.0;  ///< > 0, extra stiffness beyond / stiffness of the spring
 };
 
 /// Structural and shear springs that are stretched beyond a strain break.
@@ -181,16 +183,16 @@ struct TearingOptions {
 /// Rest lengths of springs that are strained beyond yielding follow their lengths.
 struct PlasticityOptions {
   double yield_strain = 0.0;  ///< >= 0, |length / rest length - 1|
-  double creep_rate = 0.0;    ///< 1/s, > 0: the share of what is beyond that goes in a second
+  double creep_rate = 0.0;    ///< 1/s, > 0: rate at which the strain beyond yielding decays
 };
 
-/// Cloth, meshes, ropes and loose particles keep off themselves and one another.
+/// Cloth, meshes, ropes and particles push themselves and one another apart.
 struct SelfCollisionOptions {
-  double thickness = 0.0;           ///< m, > 0: so far apart they begin to push
-  std::optional<double> stiffness;  ///< N/m per pair, > 0; absent = what the springs call for
+  double thickness = 0.0;           ///< m, > 0: distance at which they begin to push
+  std::optional<double> stiffness;  ///< N/m per pair, > 0; absent = derived from the springs
 };
 
-/// Only what is listed here exists.
+/// An effect is active if the scene lists it.
 struct EffectOptions {
   std::optional<GravityOptions> gravity;
   std::optional<AirDragOptions> air_drag;
@@ -219,23 +221,25 @@ struct PublishRates {
 
 struct Limits {
   double max_force = 1e6;  ///< N per particle, > 0; larger commands are refused
-  /// m/s, [1e-6, 1e9]: so fast a command may lead a pin or a shape, or a state be that is set. A
-  /// step in which a particle is kSpeedReserve times as fast has failed.
+  /// m/s, [1e-6, 1e9]: largest speed at which a command may lead a pin or a shape, and largest
+  /// speed in a state that is set. A step in which a particle is kSpeedReserve times as fast has
+  /// failed.
   double max_speed = 1e3;
-  /// m, [1e-6, 1e9]: so far from where it started a command may lead a pin or a shape. A step in
-  /// which a particle is farther than that from where it started has failed.
+  /// m, [1e-6, 1e9]: largest distance from its start to which a command may lead a pin or a shape.
+  /// A step in which a particle is farther than that from its start has failed.
   double max_extent = 1e6;
 
   static constexpr double kSpeedReserve = 1000.0;
 };
 
-/// The reader takes no position, length [m] or start velocity [m/s] with a coordinate above that,
-/// and no limit above it. Single precision then holds with 26 decades to spare where particles and
-/// shapes can get.
+/// The reader refuses positions, lengths [m] and start velocities [m/s] with a coordinate above
+/// this value, and limits above it. All places that particles and shapes can reach then fit into
+/// single precision, with 26 decades to spare.
 constexpr double kLargestCoordinate = 1e9;
 
-/// What the user asked for: plain data, validated by the reader. Objects, pins in bytewise order of
-/// their names, the timeline in order of time (and of the file where times are equal).
+/// The scene that the user asked for: plain data, validated by the reader. Objects and pins are in
+/// bytewise order of their names; the timeline is in order of time, and in the order of the file
+/// where times are equal.
 struct Scene {
   std::string frame_id = "world";
   double rate = 100.0;            ///< Hz, [1, 10000]; step h = 1 / rate

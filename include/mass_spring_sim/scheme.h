@@ -19,10 +19,10 @@ enum class Scheme {
   kTrBdf2,               ///< trapezoidal rule, then BDF2, in one step (Bank et al. 1985)
   kRos3,                 ///< Rosenbrock method of three stages (Sandu et al. 1997)
   kXpbd,  ///< one spring after the other: coarse, cheap and stable (Macklin et al. 2019)
-  kAuto,  ///< symplectic_euler (for an accuracy, or rk4) or tr_bdf2, whichever costs less
+  kAuto,  ///< the cheapest of symplectic_euler, tr_bdf2 and, with an accuracy, rk4
 };
 
-/// What is known of a scheme before it is run.
+/// Properties of a scheme.
 struct SchemeInfo {
   Scheme scheme;
   std::string name;  ///< as in scene files
@@ -42,7 +42,7 @@ std::optional<Scheme> schemeFromName(const std::string& name);
 
 /// Linear solvers of the implicit schemes.
 enum class LinearSolver {
-  kAuto,               ///< direct for small or chain-like systems, else conjugate gradients
+  kAuto,               ///< a direct factor for small or chain-like systems, else multigrid
   kConjugateGradient,  ///< preconditioned by a block incomplete Cholesky factor
   kCholesky,           ///< sparse factor, for any scene
   kBanded,             ///< factor of a band: for ropes and chains of any kind, slow for the rest
@@ -54,7 +54,7 @@ const std::vector<std::string>& linearSolverNames();
 const std::string& name(LinearSolver solver);
 std::optional<LinearSolver> linearSolverFromName(const std::string& name);
 
-/// What solver.accuracy once gave on a scene.
+/// The error that a solver.accuracy gave on a scene when it was measured.
 struct CalibrationPoint {
   double accuracy;  ///< m, asked for, > 0
   double error;     ///< m, RMS against a reference, > 0
@@ -70,18 +70,20 @@ struct SolverOptions {
   /// schemes with an estimate, and auto, which scene files mean where they name no scheme.
   std::optional<double> accuracy;
   std::string calibration_file;  ///< as the scene names it; "" = none; only with an accuracy
-  /// Of the scheme, by accuracy_study: makes the accuracy that of the positions, on this scene.
+  /// Measured for the scheme by accuracy_study: the accuracy then is the error of the positions, on
+  /// this scene.
   std::vector<CalibrationPoint> calibration;  // by ascending accuracy
-  /// s per step, > 0: as many sub-steps as that buys; not with an accuracy.
+  /// s per step, > 0: as many sub-steps as fit into that time; not together with an accuracy.
   std::optional<double> budget;
   double linear_tolerance = 1e-6;    ///< |b - A x| / |b|, (0, 1)
   int max_linear_iterations = 1000;  ///< [1, 1000000]
-  int threads = 0;                   ///< at the most, [0, 256]; 0 = all cores; 2 is the most used
+  int threads = 0;                   ///< at most, [0, 256]; 0 = all cores; more than 2 are not used
 };
 
-/// What the step control is given for an accuracy asked for [m]: that accuracy itself, or, with a
-/// calibration, the largest one whose error was no larger than it. Between two points errors are
-/// taken to grow as a power, below the smallest one in proportion; none above the largest is taken.
+/// The accuracy [m] that the step control uses: solver.accuracy itself, or, with a calibration, the
+/// largest accuracy whose error was no larger than solver.accuracy. Between two points of the
+/// calibration, the error is a power of the accuracy; below the smallest point, it is proportional;
+/// above the largest point, the accuracy stays that of this point.
 std::optional<double> controlledAccuracy(const SolverOptions& options);
 
 }  // namespace mass_spring

@@ -33,9 +33,9 @@ class Simulation {
   ~Simulation();
 
   const Scene& scene() const { return scene_; }
-  /// Until springs break, reset() or continueFrom().
+  /// Valid until springs break, reset() or continueFrom().
   const Model& model() const { return *model_; }
-  /// The same, for as long as it is held: what is torn goes on with another model.
+  /// The same model, kept alive by the caller: after tearing, the simulation uses another one.
   std::shared_ptr<const Model> sharedModel() const { return model_; }
   const State& state() const { return state_; }
   const Pins& pins() const { return pins_; }
@@ -45,7 +45,7 @@ class Simulation {
   std::size_t matrixNonzeros()
       const;  ///< scalars of the whole symmetric step matrix; 0 if explicit
 
-  /// By name, at the state; see measures.h. Not while it steps.
+  /// By name, at the present state; see measures.h. Not while it steps.
   std::map<std::string, Wrench> pinWrenches() const;
   std::map<std::string, Wrench> shapeWrenches() const;
   std::vector<Touch> touches() const;
@@ -53,29 +53,30 @@ class Simulation {
   /// Checks a command and, if it is accepted, lets it take effect with the next step.
   CommandResult apply(const Command& command);
 
-  /// Called for each command of the timeline when its time has come, with what became of it.
+  /// The observer is called for each command of the timeline when it is due, with the result.
   using TimelineObserver = std::function<void(const Command&, const CommandResult&)>;
   void observeTimeline(TimelineObserver observer) { timeline_observer_ = std::move(observer); }
 
-  /// Applies what the timeline has due, then advances by 1 / rate. After a step that did not fail,
-  /// springs yield and break where the scene calls for that.
+  /// Applies the commands of the timeline that are due, then advances by 1 / rate. After a step
+  /// that did not fail, springs yield and break if the scene has plasticity or tearing.
   ///
-  /// A step that fails leaves the last good state: the one before it, or with explicit schemes,
-  /// which explode over several steps, the last one whose energy was looked at and was no more than
-  /// was given. Positions, velocities, step, time, rest lengths and broken springs go back to it
+  /// A step that fails leaves the last good state: the state before the step, or with explicit
+  /// schemes, which explode over several steps, the last state whose energy was checked and found
+  /// good. Positions, velocities, step, time, rest lengths and broken springs go back to it
   /// together. Commands are neither undone nor repeated: pins, forces and shapes are as they were,
-  /// and the timeline goes on with what has not been applied.
+  /// and the timeline goes on with the commands that have not been applied.
   StepReport step();
 
-  /// Takes up where another simulation stands: state, broken springs, rest lengths, pins, forces,
-  /// totals; of the timeline, what lies ahead. Solver, effects and limits stay those of this scene.
+  /// Continues the run of another simulation: takes over its state, broken springs, rest lengths,
+  /// pins, forces and totals. From the timeline, only the commands that lie ahead are applied.
+  /// Solver, effects and limits stay those of this scene.
   /// @return false, and nothing is done, if the two differ in rate, pins of the scene, particles at
-  ///         the start, springs (but for stiffness and damping) or triangles
+  ///         the start, springs (except stiffness and damping) or triangles
   bool continueFrom(const Simulation& other);
 
-  /// Puts all particles somewhere else [m, m/s; 3 x particles]. Time, springs, pins and forces go
-  /// on as they are: where a pin holds a particle, the next step takes it there. Refused, naming
-  /// the first, if there are more or fewer, or values that are not finite or beyond the limits.
+  /// Puts all particles somewhere else [m, m/s; 3 x particles]. Time, springs, pins and forces stay
+  /// as they are; the next step takes pinned particles back to their pins. Refused if the size is
+  /// wrong, or if a value is not finite or beyond the limits; the message names the first one.
   CommandResult setState(const Vectors& positions, const Vectors& velocities);
 
   /// Back to the start: state, springs, pins of the scene, timeline; forces cleared, totals zero.
@@ -94,22 +95,22 @@ class Simulation {
   /// @return how many springs broke
   std::uint32_t tear();
   void yield();
-  /// Those of the springs become rest_lengths_, or as built.
+  /// Gives the springs rest_lengths_, or their rest lengths as built.
   void applyRestLengths();
   /// The state does not follow the last step.
   void startOver();
-  /// The state becomes one to go back to.
+  /// Keeps the state, so that goBack() can return to it.
   void keep();
-  /// To the last state that was kept.
+  /// Returns to the last state that was kept.
   void goBack();
-  /// Goes on with the springs of the whole but these.
+  /// Goes on with all springs of the whole model except these.
   void breakSprings(const std::vector<char>& broken);
   /// Is the next command of the timeline due when so many steps are done?
   bool timelineDue(double steps) const;
 
   Scene scene_;
   std::shared_ptr<const Model> whole_;  // as built of the scene
-  std::shared_ptr<const Model> model_;  // the same, or without what is broken
+  std::shared_ptr<const Model> model_;  // the same, or without broken springs
   std::vector<char> broken_;            // per spring of the whole; empty if none is
   std::vector<double> rest_lengths_;    // m, per spring of the model; empty if as built
   State state_;
@@ -124,7 +125,7 @@ class Simulation {
   std::unique_ptr<Loads> loads_;
   std::unique_ptr<Stepper> stepper_;
   std::size_t next_timed_command_ = 0;
-  double timeline_steps_ = -1.0;  // what was due after so many steps is applied
+  double timeline_steps_ = -1.0;  // commands due after so many steps are applied
   TimelineObserver timeline_observer_;
 };
 

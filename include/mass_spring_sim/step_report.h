@@ -8,18 +8,18 @@
 namespace mass_spring {
 
 enum class StepStatus : std::uint8_t {
-  kConverged,  ///< to the tolerances asked for
-  kDegraded,   ///< finite, but another way than asked for: see the message
-  kFailed,     ///< not finite, or beyond the limits; the state is one before the step
+  kConverged,  ///< to the tolerances of the scene
+  kDegraded,   ///< finite, but not computed as asked for: see the message
+  kFailed,     ///< not finite, or beyond the limits; the state is an earlier one
 };
 
 /// "converged", "degraded", "failed"
 const char* name(StepStatus status);
 
-/// What one step did. Numerics never throw: they report.
+/// The result of one step. Steps never throw; they report.
 struct StepReport {
   StepStatus status = StepStatus::kConverged;
-  std::string message;  ///< empty if converged; else what was done, or object and particle
+  std::string message;              ///< empty if converged; else the remedy, or object and particle
   Scheme scheme = Scheme::kTrBdf2;  ///< that made the step
   std::uint32_t substeps = 0;
   std::uint32_t newton_iterations = 0;  ///< linear systems set up, over all sub-steps

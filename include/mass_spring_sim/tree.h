@@ -8,9 +8,8 @@
 
 namespace mass_spring {
 
-/// What a scene looks like before anybody knows what it means: nested maps, lists and scalars.
-/// YAML files and the parameter server are both turned into a Tree, and one reader reads it,
-/// so that a scene can never mean two things.
+/// A scene before it is interpreted: nested maps, lists and scalars. YAML files and the parameter
+/// server are both turned into a Tree, and one reader reads it, so that both give the same scene.
 struct Tree {
   using List = std::vector<Tree>;
   using Map = std::map<std::string, Tree>;  // bytewise order: the order of objects, pins and shapes
