@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "effects/springs.h"
+
 namespace mass_spring {
 namespace {
 
@@ -13,8 +15,7 @@ constexpr double kTotalTolerance = 1e-4;
 // In all, where there is no limit for each step. A swing at a frequency w that tr_bdf2 resolves is
 // off by some 0.04 (h w)^3 of its energy in between: 3e-4 at 30 steps per period.
 constexpr double kSwingTolerance = 5e-4;
-// Of the largest energy, that gravity gives or takes in one step: beyond, no step resolves the
-// motion.
+// A step in which gravity gives or takes a larger share of the energy does not resolve the motion.
 constexpr double kCoarse = 0.5;
 // The share of the reference energy that may come back. Losses of long ago are no excuse for a
 // gain.
