@@ -39,8 +39,9 @@ class ReadmeRobotTest(NodeTest):
             with open(os.path.join(folder, name), 'w') as file:
                 file.write(content)
         self.assertLessEqual(len(blocks('yaml')[0].splitlines()), 20)
-        self.run_beside(['roslaunch', os.path.join(folder, 'arm.launch'), 'rviz:=false'])
+        # The driver of a robot often runs before the simulation.
         self.run_beside([sys.executable, os.path.join(folder, 'move_arm.py')])
+        self.run_beside(['roslaunch', os.path.join(folder, 'arm.launch'), 'rviz:=false'])
 
         pins = Recorder('/mass_spring/pins', PinStates)
         contacts = Recorder('/mass_spring/contacts', Contacts)
