@@ -17,8 +17,7 @@ constexpr double kTotalTolerance = 1e-4;
 constexpr double kSwingTolerance = 5e-4;
 // A step in which gravity gives or takes a larger share of the energy does not resolve the motion.
 constexpr double kCoarse = 0.5;
-// The share of the reference energy that may come back. Losses of long ago are no excuse for a
-// gain.
+// The share that may come back of the energies of two states: of the largest or of this step's.
 constexpr double kLongestMemory = 0.1;
 constexpr double kRounding = std::numeric_limits<double>::epsilon();
 
@@ -166,15 +165,18 @@ bool EnergyCheck::gained(const State& end, const Drive& drive) {
   kinetic_ = after.kinetic;
   moving_ = after.kinetic + after.elastic;
   noise_ = rounding_.energy(end.positions, h_, scale_ + std::abs(before_.gravity));
+  // Losses of long ago are no excuse for a gain.
+  const double reserve = kLongestMemory * std::max(scale_, 2.0 * reference_);
+  earlier_ = unheeded_ ? balance_ : std::max(balance_, -reserve);
   const bool coarse =
       std::abs(after.gravity - before_.gravity) > kCoarse * std::max(moving_, reference_);
   return !((!(limits_steps_ || coarse) || unheeded_ || gain_ <= kStepTolerance * scale_ + noise_) &&
-           balance_ + gain_ <= tolerance_ * std::max(scale_, 2.0 * reference_) + noise_);
+           earlier_ + gain_ <= tolerance_ * std::max(scale_, 2.0 * reference_) + noise_);
 }
 
 bool EnergyCheck::slowDown(State& end, const Drive& drive) {
   gained(end, drive);
-  const double excess = unheeded_ ? balance_ + gain_ : gain_;
+  const double excess = unheeded_ ? earlier_ + gain_ : gain_;
   if (excess <= noise_) return true;
   if (!(excess <= kinetic_)) return false;
   const double share = std::sqrt(1.0 - excess / kinetic_);
@@ -187,12 +189,8 @@ bool EnergyCheck::slowDown(State& end, const Drive& drive) {
 
 void EnergyCheck::accept() {
   reference_ = std::max(moving_, reference_ + lost_);
-  if (std::abs(gain_) <= noise_) return;
-  balance_ += gain_;
-  if (!unheeded_) {
-    // The scale has the energies of two states in it.
-    balance_ = std::max(balance_, -kLongestMemory * std::max(scale_, 2.0 * reference_));
-  }
+  balance_ = earlier_;
+  if (std::abs(gain_) > noise_) balance_ += gain_;
 }
 
 void EnergyCheck::restart() {

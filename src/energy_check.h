@@ -64,6 +64,7 @@ class EnergyCheck {
   const double tolerance_;   // share of the energies that all gains may be above all losses
   bool restarted_ = true;
   double balance_ = 0.0;  // J, gained since restart(); what was dissipated makes it negative
+  double earlier_ = 0.0;  // J, as far as it counts for the step checked last
   // J, the largest kinetic and elastic energy, less what was lost since. Where a swing turns round,
   // it has next to none, but the gains and losses of the whole swing are shares of its largest.
   double reference_ = 0.0;

@@ -49,6 +49,13 @@ const bool random_scenes_registered = [] {
   return true;
 }();
 
+// A pin jumps, and strong dampers take away most of the work that it does. The step after that may
+// not give it back.
+TEST(RandomSceneFiles, LossesOfAJumpDoNotPayForALaterGain) {
+  const auto violation = findViolation(randomScene(5627), kSteps);
+  EXPECT_FALSE(violation) << violation->what;
+}
+
 // They are what they claim to be: every scheme, commands, stiffness over 8 decades, masses over 6.
 TEST(RandomSceneFiles, CoverTheirRanges) {
   EXPECT_TRUE(random_scenes_registered);
