@@ -54,7 +54,7 @@ void PlainEigen::assemble(const State& state) {
     const Eigen::Vector3d d = state.positions.col(s.j) - state.positions.col(s.i);
     const double length = d.norm();
     const Eigen::Vector3d n = d / length;
-    // The damping force of the start and its linearisation cancel on the right-hand side.
+    // The damping force of the start and its linearization cancel on the right-hand side.
     const Eigen::Vector3d impulse = h_ * s.stiffness * (length - s.rest_length) * n;
     right_side_.col(s.i) += impulse;
     right_side_.col(s.j) -= impulse;

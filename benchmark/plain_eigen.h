@@ -47,7 +47,7 @@ class PlainEigen {
   using Matrix = Eigen::SparseMatrix<double>;
   void addBlock(std::uint32_t i, std::uint32_t j, const Eigen::Matrix3d& block);
   Eigen::VectorXd gather(const Vectors& vectors) const;
-  /// The pattern is analysed once.
+  /// The pattern is analyzed once.
   template <typename Factor>
   Eigen::VectorXd solveDirectly(Factor& factor);
 

@@ -12,11 +12,11 @@ import matplotlib
 matplotlib.use('Agg')
 import matplotlib.pyplot as plt  # noqa: E402
 
-# Okabe and Ito's colours, which the colour-blind tell apart, with markers for print.
+# Okabe and Ito's colors, which the color-blind tell apart, with markers for print.
 OURS = '#0072B2'
 STYLES = {
     'XPBD (springs in order)': ('#E69F00', 'o', '-'),
-    'XPBD (by colour)': ('#E69F00', 's', '--'),
+    'XPBD (by color)': ('#E69F00', 's', '--'),
     'XPBD 2016 (iterations)': ('#E69F00', 'D', ':'),
     'Eigen CG': ('#56B4E9', '^', '-'),
     'Eigen SimplicialLDLT': ('#56B4E9', 'v', '--'),

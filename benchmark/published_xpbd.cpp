@@ -6,27 +6,27 @@
 namespace mass_spring {
 namespace {
 
-/// Greedily, each spring gets the first colour that neither of its particles has; the springs of
-/// one colour in their order, then those of the next.
-std::vector<Spring> byColour(const std::vector<Spring>& springs, std::uint32_t particles) {
+/// Greedily, each spring gets the first color that neither of its particles has; the springs of
+/// one color in their order, then those of the next.
+std::vector<Spring> byColor(const std::vector<Spring>& springs, std::uint32_t particles) {
   std::vector<std::vector<char>> used(particles);
-  std::vector<std::vector<Spring>> colours;
+  std::vector<std::vector<Spring>> colors;
   for (const Spring& spring : springs) {
-    std::size_t colour = 0;
+    std::size_t color = 0;
     const auto taken = [&](std::uint32_t p) {
-      return colour < used[p].size() && used[p][colour] != 0;
+      return color < used[p].size() && used[p][color] != 0;
     };
-    while (taken(spring.i) || taken(spring.j)) ++colour;
+    while (taken(spring.i) || taken(spring.j)) ++color;
     for (const std::uint32_t p : {spring.i, spring.j}) {
-      if (used[p].size() <= colour) used[p].resize(colour + 1, 0);
-      used[p][colour] = 1;
+      if (used[p].size() <= color) used[p].resize(color + 1, 0);
+      used[p][color] = 1;
     }
-    if (colours.size() <= colour) colours.resize(colour + 1);
-    colours[colour].push_back(spring);
+    if (colors.size() <= color) colors.resize(color + 1);
+    colors[color].push_back(spring);
   }
   std::vector<Spring> sorted;
-  for (const std::vector<Spring>& colour : colours) {
-    sorted.insert(sorted.end(), colour.begin(), colour.end());
+  for (const std::vector<Spring>& color : colors) {
+    sorted.insert(sorted.end(), color.begin(), color.end());
   }
   return sorted;
 }
@@ -46,7 +46,7 @@ PublishedXpbd::PublishedXpbd(const RivalScene& scene, int substeps, int iteratio
     before_.push_back(particles_.back().x);
   }
   for (const Spring& spring :
-       order == Order::kByColour ? byColour(model.springs, model.particleCount()) : model.springs) {
+       order == Order::kByColor ? byColor(model.springs, model.particleCount()) : model.springs) {
     const double weight = particles_[spring.i].inverse_mass + particles_[spring.j].inverse_mass;
     if (spring.stiffness == 0.0 || weight == 0.0) continue;
     Constraint c;
@@ -130,16 +130,16 @@ std::vector<RivalSeries> xpbdSeries() {
                                                                  order);
                         }};
   };
-  RivalSeries springs{"XPBD (springs in order)", {}}, colours{"XPBD (by colour)", {}};
+  RivalSeries springs{"XPBD (springs in order)", {}}, colors{"XPBD (by color)", {}};
   for (const int n : {1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000, 20000, 50000}) {
     springs.settings.push_back(setting(n, 1, PublishedXpbd::Order::kOfSprings));
-    colours.settings.push_back(setting(n, 1, PublishedXpbd::Order::kByColour));
+    colors.settings.push_back(setting(n, 1, PublishedXpbd::Order::kByColor));
   }
   RivalSeries iterations{"XPBD 2016 (iterations)", {}};
   for (const int n : {10, 50, 200, 1000}) {
-    iterations.settings.push_back(setting(1, n, PublishedXpbd::Order::kByColour));
+    iterations.settings.push_back(setting(1, n, PublishedXpbd::Order::kByColor));
   }
-  return {springs, colours, iterations};
+  return {springs, colors, iterations};
 }
 
 }  // namespace mass_spring

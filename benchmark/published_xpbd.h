@@ -13,7 +13,7 @@ class PublishedXpbd : public Rival {
  public:
   enum class Order {
     kOfSprings,  ///< as the model lists them
-    kByColour,   ///< no two in a row share a particle: the processor can overlap them
+    kByColor,    ///< no two in a row share a particle: the processor can overlap them
   };
 
   /// @param substeps    >= 1, of each step

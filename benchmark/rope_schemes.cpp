@@ -15,7 +15,7 @@ namespace {
 void run(int frames) {
   std::puts(
       "| rope of 10,000 links, scheme | ms, median | ms, p90 | iterations of Newton | "
-      "factorisations | not converged |\n|---|---|---|---|---|---|");
+      "factorizations | not converged |\n|---|---|---|---|---|---|");
   for (const SchemeInfo& scheme : schemes()) {
     if (!scheme.implicit) continue;
     Scene rope = swingingRope(10000);

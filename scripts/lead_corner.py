@@ -59,7 +59,7 @@ class Scene:
         i = objects.index(name)
         return name, self.topology.first_particle[i], self.topology.particle_count[i]
 
-    def centre(self, particles):
+    def center(self, particles):
         """Mean position [m] of particles, numbered through all objects."""
         return [sum(self.positions[3 * p + axis] for p in particles) / len(particles)
                 for axis in range(3)]
@@ -120,8 +120,8 @@ def main():
         rospy.on_shutdown(
             lambda: publisher.publish(PinCommand(action=PinCommand.REMOVE, name=name)))
 
-    start = scene.centre(particles)
-    middle = scene.centre(range(first, first + count))
+    start = scene.center(particles)
+    middle = scene.center(range(first, first + count))
     rospy.loginfo("leading %s; end with Ctrl-C", name)
     ticks = rospy.Rate(rate, reset=True)
     turn, now = 0.0, rospy.get_time()

@@ -28,7 +28,7 @@ from mass_spring_sim.msg import SolverStats
 
 REFRESH_PERIOD = 0.5  # s; drawing takes time that the simulation may need
 
-# Told apart by the colour-blind, too (Okabe and Ito).
+# Told apart by the color-blind, too (Okabe and Ito).
 COLORS = ('#0072b2', '#d55e00', '#009e73', '#000000')
 
 # What it is, its scale, and what to draw: its name and its value in a message.

@@ -16,7 +16,7 @@ namespace mass_spring {
 
 namespace {
 
-/// Nothing but colours, stiffnesses, damping, effects and the solver may differ.
+/// Nothing but colors, stiffnesses, damping, effects and the solver may differ.
 bool sameObjects(const Model& a, const Model& b) {
   const auto object = [](const ModelObject& o) { return std::tie(o.name, o.particle_count); };
   const auto spring = [](const Spring& s) { return std::tie(s.i, s.j, s.rest_length, s.kind); };

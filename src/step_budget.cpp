@@ -7,7 +7,7 @@ namespace mass_spring {
 namespace {
 
 // A sub-step that the operating system interrupts may take a hundred times as long, and says
-// nothing about the next one. Slower scenes are still learnt within some ten sub-steps.
+// nothing about the next one. Slower scenes are still learned within some ten sub-steps.
 constexpr double kLargestRise = 4.0;
 constexpr double kShare = 0.1;  // of a new cost in the mean
 // Mean deviations above the mean: 3.75 of them are three standard deviations of a normal

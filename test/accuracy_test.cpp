@@ -73,7 +73,7 @@ TEST(Accuracy, HalfKicksGainAnOrder) {
     const Vectors x = positionsAfter(scene, 1.0);
     return std::abs(x(0, 1) - oscillator.rest_length - oscillator.displacement(1.0));
   };
-  // An accuracy of a kilometre asks for no more sub-steps. 0.1: the next terms of the expansions.
+  // An accuracy of a kilometer asks for no more sub-steps. 0.1: the next terms of the expansions.
   EXPECT_NEAR(std::log2(error(256, 1e3) / error(512, 1e3)), 2.0, 0.1);
   EXPECT_NEAR(std::log2(error(256, 0.0) / error(512, 0.0)), 1.0, 0.1);
 }

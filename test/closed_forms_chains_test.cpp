@@ -257,10 +257,10 @@ TEST_P(EveryChain, WavesTravelAtTheirSpeed) {
   // The vertex of the parabola through the three highest.
   const double left = u(top - 1), middle = u(top), right = u(top + 1);
   const double vertex = top + 0.5 * (left - right) / (left - 2.0 * middle + right);
-  const double travelled = vertex * spacing - start;
+  const double traveled = vertex * spacing - start;
   // Waves of length 2 pi width / sqrt(2) lag by (q a)^2 / 24 = 6e-4, shorter ones more, and the
   // schemes by (q c h)^2 / 12 = 1e-5: 0.3 %.
-  EXPECT_NEAR(travelled / (speed * simulation.state().time), 1.0, 3e-3);
+  EXPECT_NEAR(traveled / (speed * simulation.state().time), 1.0, 3e-3);
 }
 
 }  // namespace

@@ -200,7 +200,7 @@ TEST(ImplicitMidpoint, KeepsTheAmplitudeAndShiftsTheFrequency) {
   }
 }
 
-// Two bodies swing about their centre of mass with w^2 = k / mu, mu = m1 m2 / (m1 + m2).
+// Two bodies swing about their center of mass with w^2 = k / mu, mu = m1 m2 / (m1 + m2).
 TEST_P(EveryScheme, TwoBodiesSwingWithTheReducedMass) {
   Particles pair;
   pair.positions = {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(0, 1.2, 0)};
@@ -212,7 +212,7 @@ TEST_P(EveryScheme, TwoBodiesSwingWithTheReducedMass) {
   Simulation simulation(netScene(pair, GetParam(), 40.0));
   const double h = 1.0 / 40.0, mu = 0.2 * 0.5 / 0.7;
   const auto r = stabilityFunction(GetParam(), h, 30.0 / mu, 0.0);
-  const Eigen::Vector3d centre = (0.2 * pair.positions[0] + 0.5 * pair.positions[1]) / 0.7;
+  const Eigen::Vector3d center = (0.2 * pair.positions[0] + 0.5 * pair.positions[1]) / 0.7;
   Eigen::Vector2d y(0.2, 0.0);  // stretch and its rate
   for (int n = 1; n < 100; ++n) {
     simulation.step();
@@ -225,7 +225,7 @@ TEST_P(EveryScheme, TwoBodiesSwingWithTheReducedMass) {
       EXPECT_LT(std::abs((v.col(1) - v.col(0)).y() - y[1]), 1e-10) << n;
     }
     const Eigen::Vector3d now = (0.2 * x.col(0) + 0.5 * x.col(1)) / 0.7;
-    EXPECT_LT((now - centre - n * h * pair.velocities[0]).norm(), 1e-12);
+    EXPECT_LT((now - center - n * h * pair.velocities[0]).norm(), 1e-12);
     if (HasFailure() || y.norm() >= 10.0) return;
   }
 }

@@ -101,8 +101,8 @@ TEST(ClothBuilder, RotationMovesParticlesAndNothingElse) {
   for (std::size_t s = 0; s < flat.springs.size(); ++s) {
     EXPECT_EQ(flat.springs[s].rest_length, turned.springs[s].rest_length);
   }
-  const Eigen::Vector3d centre = turned.start.positions.rowwise().mean();
-  EXPECT_LT((centre - cloth.position).norm(), kRounding);
+  const Eigen::Vector3d center = turned.start.positions.rowwise().mean();
+  EXPECT_LT((center - cloth.position).norm(), kRounding);
 }
 
 }  // namespace

@@ -83,7 +83,7 @@ TEST_P(DissipativeScheme, BlockSlidesAboveTheAngleOfFriction) {
   const State state = onSlope(GetParam(), slope, friction);
   const double acceleration = kGravity * (std::sin(slope) - friction * std::cos(slope));
   // Full friction from 1 mm/s on, which it has in the first step of this second: less is missing
-  // than what gravity does in that step. Linearised steps brake a little more until they are sure
+  // than what gravity does in that step. Linearized steps brake a little more until they are sure
   // not to stop what slides, here for the first ten.
   const double step = kGravity * std::sin(slope) / 200.0;
   EXPECT_NEAR(state.velocities.norm(), acceleration,
@@ -314,7 +314,7 @@ TEST(Friction, CapstanHoldsUpToTheExponentialOfTheAngle) {
     for (int step = 0; step < 200; ++step) simulation.step();
     const double before = simulation.state().positions(2, kSegments);
     for (int step = 0; step < 100; ++step) simulation.step();
-    // Sticking, it creeps by less than a millimetre per second; slipping, it gathers way.
+    // Sticking, it creeps by less than a millimeter per second; slipping, it gathers way.
     return before - simulation.state().positions(2, kSegments) > 5e-4;
   };
   EXPECT_FALSE(slips(0.95 * limit));

@@ -267,7 +267,7 @@ TEST(Banded, StepsARopeOfTenThousandLinks) {
   Simulation rope(swingingRope(10000, LinearSolver::kBanded));
   const StepReport report = rope.step();
   EXPECT_EQ(report.status, StepStatus::kConverged) << report.message;
-  // The forces change little within this step: few factorisations, and no more than iterations.
+  // The forces change little within this step: few factorizations, and no more than iterations.
   EXPECT_LE(report.factorizations, report.newton_iterations);
   EXPECT_LE(report.newton_iterations, 10u);
 }

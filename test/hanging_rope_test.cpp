@@ -77,7 +77,7 @@ TEST_P(CatenaryAtRest, IsThatOfTheClosedForm) {
     EXPECT_NEAR(x.z(), point.y(), 1e-3 * sag) << i;
     EXPECT_LT(std::abs(x.y()), 1e-9);
   }
-  // The horizontal tension is the weight of R metres; per segment, it is that of one particle.
+  // The horizontal tension is the weight of R meters; per segment, it is that of one particle.
   const double weight = mass * kGravity / (segments + 1) * segments / length;
   EXPECT_NEAR(simulation.pinWrenches().at("left").force.x() / (weight * expected.radius), 1.0,
               1e-3);
@@ -125,7 +125,7 @@ struct Potential {
   }
 
   /// Newton's method, damped until it descends (Levenberg). @return the minimum's coordinates
-  Eigen::VectorXd minimise(Eigen::VectorXd x) {
+  Eigen::VectorXd minimize(Eigen::VectorXd x) {
     double damping = 1.0;
     evaluate(x);
     for (int iteration = 0; iteration < 5000 && gradient.norm() > 1e-11; ++iteration) {
@@ -184,11 +184,11 @@ TEST(Cantilever, RestsWhereItsEnergyIsLeast) {
   }
   Potential potential{model.springs, model.masses, 2, 0.0, {}, {}};
   const Eigen::VectorXd least =
-      potential.minimise(Eigen::Map<const Eigen::VectorXd>(start.data(), start.size()));
+      potential.minimize(Eigen::Map<const Eigen::VectorXd>(start.data(), start.size()));
   ASSERT_LT(potential.gradient.norm(), 1e-10);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(potential.hessian);
   EXPECT_GT(modes.eigenvalues()[0], 0.0);
-  // The softest mode turns the forces that Newton's tolerance leaves into some nanometres.
+  // The softest mode turns the forces that Newton's tolerance leaves into some nanometers.
   EXPECT_LT(
       (least - Eigen::Map<const Eigen::VectorXd>(rest.data(), rest.size())).cwiseAbs().maxCoeff(),
       1e-7);

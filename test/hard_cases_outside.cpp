@@ -119,7 +119,7 @@ void badValuesRefused(Trial& /*trial*/) {
   }
 }
 
-// The same in millimetres, grams and milliseconds: with m -> 1e3, kg -> 1e3, s -> 1e3, a stiffness
+// The same in millimeters, grams and milliseconds: with m -> 1e3, kg -> 1e3, s -> 1e3, a stiffness
 // kg/s^2 -> 1e-3, a damping kg/s -> 1, an acceleration m/s^2 -> 1e-3.
 void otherUnits(Trial& trial) {
   const auto scene = [&](double unit) {
@@ -134,13 +134,13 @@ void otherUnits(Trial& trial) {
     pin(built, {0, 5});
     return built;
   };
-  Watched metres(trial, scene(1.0)), millimetres(trial, scene(1e3));
-  metres.step(10);
-  millimetres.step(10);
-  if (metres.failed() || millimetres.failed()) return;
-  EXPECT_LT((millimetres->state().positions / 1e3 - metres->state().positions).norm(), 1e-9);
-  EXPECT_EQ(metres->totals().newton_iterations, millimetres->totals().newton_iterations);
-  EXPECT_EQ(metres->totals().unconverged_steps, millimetres->totals().unconverged_steps);
+  Watched meters(trial, scene(1.0)), millimeters(trial, scene(1e3));
+  meters.step(10);
+  millimeters.step(10);
+  if (meters.failed() || millimeters.failed()) return;
+  EXPECT_LT((millimeters->state().positions / 1e3 - meters->state().positions).norm(), 1e-9);
+  EXPECT_EQ(meters->totals().newton_iterations, millimeters->totals().newton_iterations);
+  EXPECT_EQ(meters->totals().unconverged_steps, millimeters->totals().unconverged_steps);
 }
 
 // Two jaws hold opposite faces of a block and close until they touch.

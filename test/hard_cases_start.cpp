@@ -11,7 +11,7 @@
 namespace mass_spring {
 namespace {
 
-Eigen::Vector3d centreOfMass(const Simulation& simulation) {
+Eigen::Vector3d centerOfMass(const Simulation& simulation) {
   const Model& model = simulation.model();
   return simulation.state().positions * model.masses / model.masses.sum();
 }
@@ -42,12 +42,12 @@ void unfolds(Trial& trial, Particles net) {
   for (double& c : *net.damping) c *= 10.0;  // a fifth of critical
   const double k = strongest(net), mass = 0.2;
   Watched run(trial, sceneOf(trial, std::move(net)));
-  const Eigen::Vector3d centre = centreOfMass(*run);
+  const Eigen::Vector3d center = centerOfMass(*run);
   run.boundEnergy();
   const int steps = 60;
   run.step(steps);
   if (run.failed()) return;
-  EXPECT_LT((centreOfMass(*run) - centre).norm(), momentumRounding(trial, k, mass, steps));
+  EXPECT_LT((centerOfMass(*run) - center).norm(), momentumRounding(trial, k, mass, steps));
   if (dampsWhatIsStiff(trial.scheme)) {
     EXPECT_LT(maxStretch(run->model(), run->state()), 1.01);
   }
@@ -74,7 +74,7 @@ void coincidentEnds(Trial& trial) {
   } else {
     EXPECT_GT(length, 0.0);  // still ringing
   }
-  EXPECT_LT((centreOfMass(*run) - Eigen::Vector3d(1, 2, 3)).norm(),
+  EXPECT_LT((centerOfMass(*run) - Eigen::Vector3d(1, 2, 3)).norm(),
             momentumRounding(trial, 50.0 * trial.stiffness, 0.3, 120));
 }
 
@@ -118,7 +118,7 @@ void allAtOnePoint(Trial& trial) {
   Watched run(trial, sceneOf(trial, net));
   run.boundEnergy();
   run.step(30);
-  EXPECT_LT((centreOfMass(*run) - Eigen::Vector3d(1, 2, 3)).norm(),
+  EXPECT_LT((centerOfMass(*run) - Eigen::Vector3d(1, 2, 3)).norm(),
             momentumRounding(trial, 150.0 * trial.stiffness, 0.4, 30));
   EXPECT_GT(maxStretch(run->model(), run->state()),
             dampsWhatIsStiff(trial.scheme) ? 0.1 : 0.0);  // the midpoint rule keeps them ringing

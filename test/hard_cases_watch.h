@@ -28,7 +28,7 @@ struct Trial {
 /// with xpbd they give way as if they were soft.
 bool dampsWhatIsStiff(Scheme scheme);
 
-/// How far rounding may carry the centre of mass of particles that nothing holds [m]: internal
+/// How far rounding may carry the center of mass of particles that nothing holds [m]: internal
 /// forces of up to k L cancel to 1e-12 of them in each step, the rounding of systems whose
 /// condition numbers reach 1e10.
 /// @param k_l   N, the strongest spring's stiffness times its strain

@@ -126,7 +126,7 @@ TEST_P(MovingShapes, LiftCarriesTheWeight) {
   EXPECT_NEAR(simulation.state().velocities(2, 0), rise, 1e-3);
   const Wrench wrench = simulation.shapeWrenches().at("block");
   EXPECT_NEAR(wrench.force.z(), -(kMass * kGravity + drag), 1e-2);
-  // About the centre of the block, 0.2 m aside of the particle.
+  // About the center of the block, 0.2 m aside of the particle.
   EXPECT_NEAR(wrench.torque.y(), 0.2 * (kMass * kGravity + drag), 2e-3);
 }
 

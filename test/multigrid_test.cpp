@@ -262,7 +262,7 @@ TEST(Multigrid, IsSymmetricAndPositive) {
 }
 
 // Its product is that of the matrix but for the rounding of floats, relative to what the springs
-// between neighbours contribute, however small the sum.
+// between neighbors contribute, however small the sum.
 TEST(Multigrid, MultipliesInFloatsWithoutCancellation) {
   const System system(sceneOf(someCloth(45, 40)), {0, 44});
   Multigrid multigrid(system.model);

@@ -111,7 +111,7 @@ TEST(LinearImplicitEuler, SolvesEquation19) {
             1e-10 * expected.norm());
 }
 
-// The linearised step is one Newton iteration: on the way to the solution, not there.
+// The linearized step is one Newton iteration: on the way to the solution, not there.
 TEST(Newton, GoesOnWhereTheLinearStepStops) {
   Simulation linear(tenseScene(Scheme::kLinearImplicitEuler, 1));
   Simulation full(tenseScene(Scheme::kImplicitEuler, 50));

@@ -93,7 +93,7 @@ effects: {gravity: {acceleration: [0.0, 0.0, -9.81]}}
   const Reference reference = findReference(readScene(tree, ""), options);
   ASSERT_TRUE(reference.exact);
   ASSERT_EQ(reference.frames.size(), 50u);
-  // h = 1/2000 s at 22 rad/s, and 90 1/s: (h w)^4 = 1e-8 and 4e-6 of some centimetres, decaying.
+  // h = 1/2000 s at 22 rad/s, and 90 1/s: (h w)^4 = 1e-8 and 4e-6 of some centimeters, decaying.
   EXPECT_LT(reference.largestDoubt(50), 1e-9);
   EXPECT_GT(reference.distance(reference.frames[0].positions, reference.frames[9].positions), 0.01);
   // Whatever couples particles, or acts across a spring, has none.

@@ -44,7 +44,7 @@ TEST(SceneYaml, KeepsEveryBitOfEveryNumber) {
 
 TEST(SceneYaml, KeepsEveryBitOfAnOrientation) {
   // Angles whose quaternion is off unit length by as much as rounding makes it: it is written, and
-  // must not be normalised to other bits when it is read.
+  // must not be normalized to other bits when it is read.
   for (const char* angles : {"[-2.3595808198513875, 1.0650184854696612, -2.8749517232378992]",
                              "[2.0811967694088445, -0.48383762644169304, -1.3221355255898424]",
                              "[1.9292774577225531, 0.26446332355071345, -0.61284862881173563]",

@@ -38,7 +38,7 @@ TEST_P(ShippedScene, RunsAsAskedFor) {
   const bool large = simulation.model().particleCount() > 5000;
   const double duration = underSanitizers() ? 0.5 : 1.0;
   const auto steps = large ? 3 : static_cast<int>(duration * simulation.scene().rate);
-  // A linearised step does not see how a sheet crumples where it is hit; the energy check does.
+  // A linearized step does not see how a sheet crumples where it is hit; the energy check does.
   int impacts = simulation.scene().effects.contact ? 4 : 0;
   for (int n = 0; n < steps; ++n) {
     const StepReport report = simulation.step();

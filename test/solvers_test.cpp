@@ -65,7 +65,7 @@ TEST(IncompleteCholesky, IsExactForAChain) {
   EXPECT_LE(result.iterations, 2u);
 }
 
-// The hub of a star is eliminated first and would couple all its neighbours: 2e9 blocks.
+// The hub of a star is eliminated first and would couple all its neighbors: 2e9 blocks.
 TEST(IncompleteCholesky, LeavesOutTheFillOfAHub) {
   const std::uint32_t n = 60000;
   Pairs star;
@@ -132,7 +132,7 @@ TEST(LinearSystem, ZeroRightHandSideNeedsNoWork) {
   }
 }
 
-TEST(LinearSystem, FactorisesOnceForSeveralRightHandSides) {
+TEST(LinearSystem, FactorizesOnceForSeveralRightHandSides) {
   const RandomSystem s(randomGraph(30), 30);
   const Model model = modelOf(s.pattern);
   LinearSystem system(model, with(LinearSolver::kCholesky));

@@ -13,7 +13,7 @@
 #include "shapes.h"
 #include "solvers/step_matrix.h"
 
-// The vectorised loops against the formulas, spring by spring.
+// The vectorized loops against the formulas, spring by spring.
 namespace mass_spring {
 namespace {
 
@@ -326,7 +326,7 @@ TEST(Springs, RepeatBitForBit) {
 }
 
 // What is computed in the gaps of runs reaches nobody.
-TEST(Springs, TakeWhatIsNotFiniteToNeighboursOnly) {
+TEST(Springs, TakeWhatIsNotFiniteToNeighborsOnly) {
   Model model = modelOf(someCloth(23, 19));
   stir(model);
   const std::uint32_t bad = 5 * 23 + 22;  // at the end of a row

@@ -76,7 +76,7 @@ TEST(Stepper, OverflowingForceFails) {
     ASSERT_TRUE(simulation.apply(push).accepted());
     const StepReport report = simulation.step();
     EXPECT_EQ(report.status, StepStatus::kFailed) << scheme.name;
-    // The later stages of rk4, and one spring after the other, have passed it on to the neighbours.
+    // The later stages of rk4, and one spring after the other, have passed it on to the neighbors.
     const bool passed_on = scheme.scheme == Scheme::kRk4 || scheme.scheme == Scheme::kXpbd;
     const char* where = passed_on ? "object net, particle" : "particle 3";
     EXPECT_NE(report.message.find(where), std::string::npos) << report.message;
@@ -92,7 +92,7 @@ class SubstepSizes : public Effect {
   void beginSubstep(const Vectors&, const Vectors&, double h) override { sizes_.push_back(h); }
   void addForces(const Vectors&, const Vectors&, Vectors&) const override {}
   void addForces(const Vectors&, const Vectors&, Vectors&, Energy&, double&) const override {}
-  std::uint32_t linearise(const Vectors&, const Vectors&, double, StepMatrix&,
+  std::uint32_t linearize(const Vectors&, const Vectors&, double, StepMatrix&,
                           Vectors&) const override {
     return 0;
   }
@@ -130,7 +130,7 @@ TEST(Stepper, CoincidentParticlesPart) {
     for (int n = 0; n < 600; ++n) ASSERT_EQ(simulation.step().status, StepStatus::kConverged);
     const Vectors& x = simulation.state().positions;
     EXPECT_NEAR((x.col(0) - x.col(1)).norm(), 0.5, 0.005);  // 1 % of the rest length
-    // 1e-12: the centre of mass keeps its place but for rounding.
+    // 1e-12: the center of mass keeps its place but for rounding.
     EXPECT_LT((x * simulation.model().masses / 0.3 - Eigen::Vector3d(1, 2, 3)).norm(), 1e-12);
   }
 }

@@ -107,7 +107,7 @@ TEST(StrainLimit, MatrixIsPositiveSemidefiniteAndBounded) {
   EXPECT_GT(smallest(gap), -1e-11);
 }
 
-TEST(StrainLimit, LinearisedForcesAgreeWithTheMatrix) {
+TEST(StrainLimit, LinearizedForcesAgreeWithTheMatrix) {
   const Stretched net;
   const double w = 0.01;
   for (const double speed : {0.0, 5.0}) {
@@ -115,7 +115,7 @@ TEST(StrainLimit, LinearisedForcesAgreeWithTheMatrix) {
     StepMatrix matrix(net.model.pattern);
     matrix.setMasses(0.0, net.model.masses);
     Vectors f = 0.0 * v, product(3, 12);
-    net.limit.linearise(net.x, v, w, matrix, f);
+    net.limit.linearize(net.x, v, w, matrix, f);
     matrix.multiply(v, product);
     // At rest, the forces where the springs are. Moving on at v, those that are expected, of the
     // springs that get longer; the others' differ by the second derivative, w^2 |v|^2 K / length.

@@ -151,13 +151,13 @@ TEST(Wind, MatrixIsExactWhereTheWindIsNormalToAFace) {
   EXPECT_LT((product + df).norm(), 1e-14);  // rounding
 }
 
-TEST(Wind, LinearisedForcesAgreeWithTheMatrix) {
+TEST(Wind, LinearizedForcesAgreeWithTheMatrix) {
   const Crumpled sheet(0.5, 0.4);
   StepMatrix matrix(sheet.model.pattern);
   matrix.setMasses(0.0, sheet.model.masses);
   Vectors forces = Vectors::Zero(3, 9), product(3, 9);
   const double w = 0.02;
-  sheet.wind.linearise(sheet.x, sheet.v, w, matrix, forces);
+  sheet.wind.linearize(sheet.x, sheet.v, w, matrix, forces);
   matrix.multiply(sheet.v, product);
   // What is left at the velocities as they are is the force itself, but for rounding.
   EXPECT_LT((forces - product / w - sheet.forces(sheet.x, sheet.v)).norm(), 1e-14);

@@ -103,8 +103,8 @@ TEST(Xpbd, LanesAtOnceGiveWhatOneAfterTheOtherGives) {
     }
     Vectors positions = start;
     SpringRelaxation(batches, model.masses).relax(h, pinned, before, positions);
-    // Rounding of sums of some 20 terms of a metre; a lane that missed its neighbour's move would
-    // be off by millimetres.
+    // Rounding of sums of some 20 terms of a meter; a lane that missed its neighbor's move would
+    // be off by millimeters.
     EXPECT_LT((positions - expected).cwiseAbs().maxCoeff(), 1e-13) << columns;
     EXPECT_EQ(positions.col(1), start.col(1));
     EXPECT_GT((positions - start).norm(), 1e-3);

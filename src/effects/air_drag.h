@@ -26,7 +26,7 @@ class AirDrag : public Effect {
   std::uint32_t addDerivatives(const Vectors& positions, const Vectors& velocities,
                                const MatrixWeights& weights, Projection projection,
                                StepMatrix& matrix) const override;
-  std::uint32_t linearise(const Vectors& positions, const Vectors& velocities, double w,
+  std::uint32_t linearize(const Vectors& positions, const Vectors& velocities, double w,
                           StepMatrix& matrix, Vectors& /*forces*/) const override {
     return addDerivatives(positions, velocities, {1.0, w, w * w}, Projection::kWhereNeeded, matrix);
   }

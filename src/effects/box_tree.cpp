@@ -23,31 +23,31 @@ void AlignedBox::include(const AlignedBox& other) {
   }
 }
 
-BoxTree::BoxTree(const Eigen::Matrix3Xd& centres)
-    : order_(static_cast<std::size_t>(centres.cols())), boxes_(order_.size()) {
+BoxTree::BoxTree(const Eigen::Matrix3Xd& centers)
+    : order_(static_cast<std::size_t>(centers.cols())), boxes_(order_.size()) {
   std::iota(order_.begin(), order_.end(), 0u);
-  if (!order_.empty()) divide(centres, 0, static_cast<std::uint32_t>(order_.size()));
+  if (!order_.empty()) divide(centers, 0, static_cast<std::uint32_t>(order_.size()));
 }
 
-void BoxTree::divide(const Eigen::Matrix3Xd& centres, std::uint32_t begin, std::uint32_t end) {
+void BoxTree::divide(const Eigen::Matrix3Xd& centers, std::uint32_t begin, std::uint32_t end) {
   const std::size_t node = nodes_.size();
   nodes_.push_back({AlignedBox::empty(), begin, end, 0, end - begin <= kLeaf});
   if (!nodes_[node].leaf) {
-    Eigen::Vector3d low = centres.col(order_[begin]), high = low;
+    Eigen::Vector3d low = centers.col(order_[begin]), high = low;
     for (std::uint32_t b = begin; b < end; ++b) {
-      low = low.cwiseMin(centres.col(order_[b]));
-      high = high.cwiseMax(centres.col(order_[b]));
+      low = low.cwiseMin(centers.col(order_[b]));
+      high = high.cwiseMax(centers.col(order_[b]));
     }
     Eigen::Index axis;
     (high - low).maxCoeff(&axis);
     const std::uint32_t middle = begin + (end - begin) / 2;
     std::nth_element(order_.begin() + begin, order_.begin() + middle, order_.begin() + end,
                      [&](std::uint32_t a, std::uint32_t b) {
-                       const double at_a = centres(axis, a), at_b = centres(axis, b);
+                       const double at_a = centers(axis, a), at_b = centers(axis, b);
                        return at_a < at_b || (at_a == at_b && a < b);
                      });
-    divide(centres, begin, middle);
-    divide(centres, middle, end);
+    divide(centers, begin, middle);
+    divide(centers, middle, end);
   }
   nodes_[node].next = static_cast<std::uint32_t>(nodes_.size());
 }

@@ -19,13 +19,13 @@ struct AlignedBox {
 };
 
 /// Finds boxes by a tree of the boxes around them. The tree is made once, for where things are at
-/// rest; neighbours stay neighbours in cloth, so that it serves also when they have moved.
+/// rest; neighbors stay neighbors in cloth, so that it serves also when they have moved.
 class BoxTree {
  public:
-  /// @param centres  of the boxes at rest, a column each
-  explicit BoxTree(const Eigen::Matrix3Xd& centres);
+  /// @param centers  of the boxes at rest, a column each
+  explicit BoxTree(const Eigen::Matrix3Xd& centers);
 
-  /// Takes the boxes as they are now, as many as there were centres.
+  /// Takes the boxes as they are now, as many as there were centers.
   void fit(const std::vector<AlignedBox>& boxes);
   /// The numbers of the boxes that meet this one, ascending.
   void find(const AlignedBox& box, std::vector<std::uint32_t>& found) const;
@@ -38,7 +38,7 @@ class BoxTree {
     std::uint32_t next;        ///< the first node that is not below this one
     bool leaf;
   };
-  void divide(const Eigen::Matrix3Xd& centres, std::uint32_t begin, std::uint32_t end);
+  void divide(const Eigen::Matrix3Xd& centers, std::uint32_t begin, std::uint32_t end);
 
   std::vector<std::uint32_t> order_;
   std::vector<Node> nodes_;

@@ -18,7 +18,7 @@ bool shareParticle(const std::array<std::uint32_t, N>& a, const std::array<std::
 }
 
 template <std::size_t N>
-Vectors centres(const std::vector<std::array<std::uint32_t, N>>& elements, const Vectors& x) {
+Vectors centers(const std::vector<std::array<std::uint32_t, N>>& elements, const Vectors& x) {
   Vectors sums = Vectors::Zero(3, static_cast<Eigen::Index>(elements.size()));
   for (std::size_t e = 0; e < elements.size(); ++e) {
     for (const std::uint32_t i : elements[e]) sums.col(static_cast<Eigen::Index>(e)) += x.col(i);
@@ -65,8 +65,8 @@ BroadPhase::BroadPhase(CollisionElements elements, double distance, ThreadPool& 
       distance_(distance),
       margin_(kMargin * distance),
       threads_(threads),
-      triangles_(centres(elements_.triangles, elements_.rest)),
-      edges_(centres(elements_.edges, elements_.rest)) {}
+      triangles_(centers(elements_.triangles, elements_.rest)),
+      edges_(centers(elements_.edges, elements_.rest)) {}
 
 double BroadPhase::strayed(const Vectors& positions) const {
   if (from_.cols() != positions.cols()) return std::numeric_limits<double>::infinity();

@@ -176,7 +176,7 @@ std::uint32_t Contact::addDerivatives(const Vectors& positions, const Vectors& v
   return projected;
 }
 
-std::uint32_t Contact::linearise(const Vectors& positions, const Vectors& velocities, double w,
+std::uint32_t Contact::linearize(const Vectors& positions, const Vectors& velocities, double w,
                                  StepMatrix& matrix, Vectors& forces) const {
   const double k = options_.stiffness;
   std::uint32_t projected = 0;
@@ -251,7 +251,7 @@ void Contact::addBounds(Eigen::VectorXd& stiffness, Eigen::VectorXd& damping) co
 }
 
 double Contact::length() const {
-  // Particles that touch without any thickness are still nowhere near a metre apart.
+  // Particles that touch without any thickness are still nowhere near a meter apart.
   return options_.thickness > 0.0 ? options_.thickness : 0.01;
 }
 

@@ -15,7 +15,7 @@ namespace mass_spring {
 /// sliding velocity u across n, made smooth below the slip velocity e (Li et al., "Incremental
 /// potential contact", 2020): |g| = 2 y - y^2 for y = |u| / e < 1, else 1. It has the potential
 /// Q = mu N G(u), and D = mu N dg/du; projected, D is the secant mu N |g| / |u|, with which a
-/// linearised step never overshoots a standstill. That N and n turn with x stays out of the matrix.
+/// linearized step never overshoots a standstill. That N and n turn with x stays out of the matrix.
 /// Where a shape moves, u is what the particle has beyond the velocity of the place it touches.
 /// Everything is on the diagonal of the matrix: the pattern stays what it was.
 class Contact : public Effect {
@@ -52,7 +52,7 @@ class Contact : public Effect {
   /// About the positions that are to be expected: what a step leads into a shape is kept out by
   /// that step already. Of what slides too fast for a step to stop it, friction is a force of full
   /// size and D acts only across the sliding; of the rest, all friction is damping, by the secant.
-  std::uint32_t linearise(const Vectors& positions, const Vectors& velocities, double w,
+  std::uint32_t linearize(const Vectors& positions, const Vectors& velocities, double w,
                           StepMatrix& matrix, Vectors& forces) const override;
   /// A particle that ends in a shape itself, beyond its thickness, should have been kept out.
   bool foresaw(const Vectors& ends) const override;
@@ -76,7 +76,7 @@ class Contact : public Effect {
   double friction_;
   std::vector<Shape> shapes_;
   Eigen::VectorXd masses_;
-  // Of the last linearised step: which particles and shapes it knew of (particle by particle), and
+  // Of the last linearized step: which particles and shapes it knew of (particle by particle), and
   // where it ended if that was in a shape it did not know of.
   mutable std::vector<char> known_;
   mutable Vectors ends_;

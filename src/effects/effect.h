@@ -106,9 +106,9 @@ class Effect {
   /// What a linearly implicit step of w [s] takes of the effect: adds w D + w^2 K, projected, to
   /// the matrix, and to the forces f + D v, so that what is left at the new velocities u is f + D v
   /// - D u - w K u.
-  virtual std::uint32_t linearise(const Vectors& positions, const Vectors& velocities, double w,
+  virtual std::uint32_t linearize(const Vectors& positions, const Vectors& velocities, double w,
                                   StepMatrix& matrix, Vectors& forces) const = 0;
-  /// Did the linearisation of a step see coming what is at its end? If not, the next linearise(),
+  /// Did the linearization of a step see coming what is at its end? If not, the next linearize(),
   /// of the same step, looks there, too.
   virtual bool foresaw(const Vectors& /*ends*/) const { return true; }
 };

@@ -23,7 +23,7 @@ class Gravity : public Effect {
     addEnergy(positions, energy);
     addForces(positions, velocities, forces);
   }
-  std::uint32_t linearise(const Vectors& positions, const Vectors& velocities, double /*w*/,
+  std::uint32_t linearize(const Vectors& positions, const Vectors& velocities, double /*w*/,
                           StepMatrix& /*matrix*/, Vectors& forces) const override {
     addForces(positions, velocities, forces);
     return 0;

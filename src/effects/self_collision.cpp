@@ -209,7 +209,7 @@ std::uint32_t SelfCollision::addDerivatives(const Vectors& positions, const Vect
   return projection == Projection::kNone ? 0 : static_cast<std::uint32_t>(pushes_.size());
 }
 
-std::uint32_t SelfCollision::linearise(const Vectors& positions, const Vectors& velocities,
+std::uint32_t SelfCollision::linearize(const Vectors& positions, const Vectors& velocities,
                                        double w, StepMatrix& matrix, Vectors& forces) const {
   expected_ = positions + w * velocities;
   double reach = cover(expected_);

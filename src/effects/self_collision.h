@@ -37,7 +37,7 @@ class SelfCollision : public Effect {
                                const MatrixWeights& weights, Projection projection,
                                StepMatrix& matrix) const override;
   /// About the positions that are to be expected, or about the first touch on the way there.
-  std::uint32_t linearise(const Vectors& positions, const Vectors& velocities, double w,
+  std::uint32_t linearize(const Vectors& positions, const Vectors& velocities, double w,
                           StepMatrix& matrix, Vectors& forces) const override;
   void addBounds(Eigen::VectorXd& stiffness, Eigen::VectorXd& damping) const override;
   double length() const override { return thickness_; }

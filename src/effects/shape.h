@@ -18,7 +18,7 @@ struct Surface {
   Eigen::Matrix3d curvature;  ///< 1/m, the derivative of the normal
 };
 
-/// A rigid body, which moves only as it is told to. Its origin is its centre (a plane's point, the
+/// A rigid body, which moves only as it is told to. Its origin is its center (a plane's point, the
 /// middle of a capsule); its axes are at the start those of the scene, but for a box, which has its
 /// orientation.
 class Shape {

@@ -8,7 +8,7 @@
 
 namespace mass_spring {
 
-/// Springs that one pass of a vectorised loop evaluates, one per lane.
+/// Springs that one pass of a vectorized loop evaluates, one per lane.
 struct SpringBatch {
   static constexpr std::uint32_t kMaxLanes = 512;  ///< arrays of these stay in the first cache
   static constexpr std::uint32_t kLaneWidth = 8;   ///< lanes come in multiples of it

@@ -186,7 +186,7 @@ void Springs::addForces(const Vectors& positions, const Vectors& velocities, Vec
   addForces(positions, &velocities, forces, energy, dissipation);
 }
 
-std::uint32_t Springs::linearise(const Vectors& positions, const Vectors& velocities, double w,
+std::uint32_t Springs::linearize(const Vectors& positions, const Vectors& velocities, double w,
                                  StepMatrix& matrix, Vectors& forces) const {
   // Damping is linear in v: f(x, v) + D v = f(x, 0).
   addForces(positions, nullptr, forces);

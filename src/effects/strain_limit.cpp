@@ -84,7 +84,7 @@ std::uint32_t StrainLimit::addDerivatives(const Vectors& positions, const Vector
   return 0;
 }
 
-std::uint32_t StrainLimit::linearise(const Vectors& positions, const Vectors& velocities, double w,
+std::uint32_t StrainLimit::linearize(const Vectors& positions, const Vectors& velocities, double w,
                                      StepMatrix& matrix, Vectors& forces) const {
   for (const Limited& s : springs_) {
     const Eigen::Vector3d d = positions.col(s.j) - positions.col(s.i);

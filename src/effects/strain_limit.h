@@ -35,7 +35,7 @@ class StrainLimit : public Effect {
                                StepMatrix& matrix) const override;
   /// About the longer one of a spring as it is and as it is to be expected: what a step leads
   /// beyond the limit is held by that step already.
-  std::uint32_t linearise(const Vectors& positions, const Vectors& velocities, double w,
+  std::uint32_t linearize(const Vectors& positions, const Vectors& velocities, double w,
                           StepMatrix& matrix, Vectors& forces) const override;
   /// [S -S; -S S] <= 2 r k at either end.
   void addBounds(Eigen::VectorXd& stiffness, Eigen::VectorXd& damping) const override;

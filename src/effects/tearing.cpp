@@ -13,9 +13,9 @@ bool tooLong(const Spring& spring, double longest, const Vectors& positions) {
 }
 
 /// Which particles structural springs join each with.
-class Neighbours {
+class Neighbors {
  public:
-  Neighbours(const Model& model, const std::vector<char>& gone)
+  Neighbors(const Model& model, const std::vector<char>& gone)
       : first_(model.particleCount() + 1, 0) {
     const auto forEachEnd = [&](auto visit) {
       for (std::size_t s = 0; s < model.springs.size(); ++s) {
@@ -53,11 +53,11 @@ std::vector<char> findBreaking(const TearingOptions& options, const Model& model
   if (std::none_of(model.springs.begin(), model.springs.end(), breaks)) return {};
   std::vector<char> gone(model.springs.size());
   std::transform(model.springs.begin(), model.springs.end(), gone.begin(), breaks);
-  const Neighbours neighbours(model, gone);
+  const Neighbors neighbors(model, gone);
   for (std::size_t s = 0; s < gone.size(); ++s) {
     const Spring& spring = model.springs[s];
     if (spring.kind == SpringKind::kStructural) continue;
-    gone[s] = gone[s] || !neighbours.joined(spring.i, spring.j, 3);
+    gone[s] = gone[s] || !neighbors.joined(spring.i, spring.j, 3);
   }
   return gone;
 }

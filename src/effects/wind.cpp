@@ -139,7 +139,7 @@ std::uint32_t Wind::addDerivatives(const Vectors& positions, const Vectors& velo
   return 0;
 }
 
-std::uint32_t Wind::linearise(const Vectors& positions, const Vectors& velocities, double w,
+std::uint32_t Wind::linearize(const Vectors& positions, const Vectors& velocities, double w,
                               StepMatrix& matrix, Vectors& forces) const {
   for (const Corners& face : faces_) {
     const Eigen::Vector3d S = areaVector(positions, face);

@@ -59,7 +59,7 @@ CommandResult notFinite(const std::string& field) {
 }
 
 /// Makes the quaternion one of unit length; all zeros, the default of a message, is no rotation.
-CommandResult normalise(Eigen::Quaterniond& quaternion) {
+CommandResult normalize(Eigen::Quaterniond& quaternion) {
   const double length = quaternion.norm();
   if (length == 0.0) {
     quaternion.setIdentity();
@@ -125,7 +125,7 @@ CommandResult toCommand(const mass_spring_sim::PinCommand& message, const FrameL
     return {Refusal::kBadValue, "action: got " + std::to_string(message.action) +
                                     ", expected 0 (ADD), 1 (MOVE) or 2 (REMOVE)"};
   }
-  if (auto length = normalise(orientation); !length.accepted()) return length;
+  if (auto length = normalize(orientation); !length.accepted()) return length;
 
   command.action = static_cast<PinCommand::Action>(message.action);
   command.name = message.name;
@@ -175,7 +175,7 @@ CommandResult toCommand(const mass_spring_sim::ShapeCommand& message, const Fram
   if (!position.allFinite()) return notFinite("target.position");
   if (!orientation.coeffs().allFinite()) return notFinite("target.orientation");
   if (!std::isfinite(message.duration)) return notFinite("duration");
-  if (auto length = normalise(orientation); !length.accepted()) return length;
+  if (auto length = normalize(orientation); !length.accepted()) return length;
   Eigen::Isometry3d frame;
   if (auto found = findFrame(message.header.frame_id, lookup, frame); !found.accepted()) {
     return found;

@@ -9,7 +9,7 @@
 // Parameters (private)
 //   node     name of the simulation's node                                        mass_spring
 //   rate     Hz of wall time: how often what the mouse can take hold of follows   5.0
-//   size     m: of it, around each particle; 0 = twice the distance of neighbours 0.0
+//   size     m: of it, around each particle; 0 = twice the distance of neighbors 0.0
 //   opacity  of it                                                                0.02
 
 #include <interactive_markers/interactive_marker_server.h>

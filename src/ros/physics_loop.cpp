@@ -237,11 +237,11 @@ void PhysicsLoop::tellNames() {
 
 void PhysicsLoop::startOver() {
   clock_.restart(0.0);
-  synchronise();
+  synchronize();
 }
 
 void PhysicsLoop::run() {
-  synchronise();
+  synchronize();
   clock_.observe([this] { queue_.wake(); });
   while (!queue_.closed()) {
     for (CommandQueue::Task& task : queue_.take()) task();
@@ -267,7 +267,7 @@ bool PhysicsLoop::stepDue() {
   const auto now = clock_.pace();
   if (!now) return false;
   if (*now + period_ < deadline_)
-    synchronise();  // it jumped back, or is heard of for the first time
+    synchronize();  // it jumped back, or is heard of for the first time
   return *now >= deadline_;
 }
 
@@ -313,7 +313,7 @@ void PhysicsLoop::advance() {
   if (request_ && ++request_->done == request_->steps) finishRequest(true, "");
 }
 
-void PhysicsLoop::synchronise() {
+void PhysicsLoop::synchronize() {
   const auto now = clock_.pace();
   deadline_ = now ? *now + period_ : Clock::Pace::max();
   meter_.start(Steady::now());
@@ -326,7 +326,7 @@ void PhysicsLoop::changePaused(bool paused) {
     redraw_ = true;
   } else {
     finishRequest(false, "interrupted, as the simulation was set running");
-    synchronise();
+    synchronize();
   }
 }
 

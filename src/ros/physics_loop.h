@@ -98,7 +98,7 @@ class PhysicsLoop {
   bool stepDue();
   void advance();
   /// From now on in step with the clock.
-  void synchronise();
+  void synchronize();
   void changePaused(bool paused);
   void finishRequest(bool success, const std::string& message);
 

@@ -7,7 +7,7 @@ ObjectParts buildParts(const Cloth& cloth) {
   const auto [columns, rows] = cloth.resolution;
   const Grid grid({columns, rows, 1}, {cloth.size.x(), cloth.size.y(), 0.0});
   ObjectParts parts = partsAtRest(
-      (rotation(cloth.orientation) * grid.centredPositions()).colwise() + cloth.position,
+      (rotation(cloth.orientation) * grid.centeredPositions()).colwise() + cloth.position,
       cloth.mass);
 
   const double damping = cloth.damping.value_or(0.0);

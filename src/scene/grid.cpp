@@ -18,7 +18,7 @@ std::uint32_t Grid::particle(int ix, int iy, int iz) const {
          static_cast<std::uint32_t>(ix);
 }
 
-Vectors Grid::centredPositions() const {
+Vectors Grid::centeredPositions() const {
   const auto [nx, ny, nz] = resolution_;
   Vectors positions(3, Eigen::Index{nx} * ny * nz);
   for (int iz = 0; iz < nz; ++iz) {
@@ -36,7 +36,7 @@ void Grid::join(const GridOffset& offset, const SpringFamily& family,
                 std::vector<Spring>& springs) const {
   const double rest_length =
       (Eigen::Array3d(offset[0], offset[1], offset[2]) * spacing_.array()).matrix().norm();
-  std::array<int, 3> begin, end;  // of the particles that have a neighbour at the offset
+  std::array<int, 3> begin, end;  // of the particles that have a neighbor at the offset
   for (int axis = 0; axis < 3; ++axis) {
     begin[axis] = std::max(0, -offset[axis]);
     end[axis] = resolution_[axis] - std::max(0, offset[axis]);

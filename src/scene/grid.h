@@ -29,8 +29,8 @@ class Grid {
 
   std::uint32_t particle(int ix, int iy, int iz) const;
 
-  /// 3 x n, centred on the origin [m].
-  Vectors centredPositions() const;
+  /// 3 x n, centered on the origin [m].
+  Vectors centeredPositions() const;
 
   /// Joins every particle with the one at `offset` from it, where there is one. The offset's last
   /// component that is not 0 is positive, so that no pair is met twice. All springs get the same

@@ -8,7 +8,7 @@ namespace mass_spring {
 ObjectParts buildParts(const Lattice& lattice) {
   const Grid grid(lattice.resolution, lattice.size);
   ObjectParts parts = partsAtRest(
-      (rotation(lattice.orientation) * grid.centredPositions()).colwise() + lattice.position,
+      (rotation(lattice.orientation) * grid.centeredPositions()).colwise() + lattice.position,
       lattice.mass);
 
   const double damping = lattice.damping.value_or(0.0);

@@ -78,7 +78,7 @@ void Rosenbrock::advance(const RosenbrockTable& table, double h, const Drive& dr
     //   (M + w D + w^2 K) u = M (x' + w v') + w D x'.
     if (!table.exact) {
       // One stage, in which x' = v.
-      system_.linearise(w, state, right_side_, report);
+      system_.linearize(w, state, right_side_, report);
       if (drive.loads) right_side_ += *drive.loads;
     } else {
       sumForces(model_, drive.loads, x_, v_, right_side_);

@@ -35,12 +35,12 @@ void StepSystem::assemble(double w, const Vectors& x, const Vectors& x_damping, 
   ++report.newton_iterations;
 }
 
-void StepSystem::linearise(double w, const State& state, Vectors& forces, SubstepReport& report) {
+void StepSystem::linearize(double w, const State& state, Vectors& forces, SubstepReport& report) {
   matrix_.setMasses(1.0, model_.masses);
   forces.setZero();
   for (const Effect* effect : effects_) {
     report.projected_springs +=
-        effect->linearise(state.positions, state.velocities, w, matrix_, forces);
+        effect->linearize(state.positions, state.velocities, w, matrix_, forces);
   }
   ++report.newton_iterations;
 }

@@ -24,7 +24,7 @@ class StepSystem {
   void assemble(double w, const Vectors& x, const Vectors& x_damping, const Vectors& v,
                 Projection projection, SubstepReport& report);
   /// The matrix of a linearly implicit step of w [s], and the forces in it without loads.
-  void linearise(double w, const State& state, Vectors& forces, SubstepReport& report);
+  void linearize(double w, const State& state, Vectors& forces, SubstepReport& report);
   /// y = A x, before decouple().
   void multiply(const Vectors& x, Vectors& y) const { matrix_.multiply(x, y); }
   /// Takes the pinned particles out of the matrix, which is then ready to be solved with.

@@ -14,7 +14,7 @@ class CholmodCholesky : public DirectSolver {
  public:
   /// @param block_products  of a factor in order of minimum degree; CHOLMOD finds its own order
   /// when
-  ///                        it is first needed, which takes as long as some factorisations
+  ///                        it is first needed, which takes as long as some factorizations
   CholmodCholesky(std::shared_ptr<const BlockPattern> pattern, double block_products);
   ~CholmodCholesky() override;
   CholmodCholesky(const CholmodCholesky&) = delete;

@@ -9,7 +9,7 @@
 namespace mass_spring {
 namespace {
 
-// Block products of one factorisation per block of the matrix, up to which a band is taken without
+// Block products of one factorization per block of the matrix, up to which a band is taken without
 // looking further. Ropes have 0.5, with skip-one springs 1, a chain whose links reach six others 3:
 // there no order fills in less. A strip of cloth five particles wide has 12 in a band, 9.5 by
 // minimum degree.

@@ -8,13 +8,13 @@
 
 namespace mass_spring {
 
-/// A factor of the step matrix: analysed once per pattern, factorised for each matrix, solved with
+/// A factor of the step matrix: analyzed once per pattern, factorized for each matrix, solved with
 /// for each right-hand side.
 class DirectSolver {
  public:
   virtual ~DirectSolver() = default;
 
-  /// 3x3 block products of one factorisation: what it will cost, known before it is done.
+  /// 3x3 block products of one factorization: what it will cost, known before it is done.
   virtual double blockProducts() const = 0;
   /// Takes the factor's memory; factorize() does it by itself if it must.
   virtual void reserve() = 0;

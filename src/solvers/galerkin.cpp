@@ -10,13 +10,13 @@ namespace mass_spring {
 namespace {
 
 /// A fine block next to a particle, in the whole matrix.
-struct Neighbour {
+struct Neighbor {
   std::uint32_t particle, block;
 };
 
-/// Per particle its neighbours of both triangles, and itself.
-std::vector<std::vector<Neighbour>> neighbours(const BlockRows& rows) {
-  std::vector<std::vector<Neighbour>> result(rows.size());
+/// Per particle its neighbors of both triangles, and itself.
+std::vector<std::vector<Neighbor>> neighbors(const BlockRows& rows) {
+  std::vector<std::vector<Neighbor>> result(rows.size());
   for (std::uint32_t i = 0; i < rows.size(); ++i) {
     result[i].push_back({i, i});
     for (std::uint32_t s = rows.start[i]; s < rows.start[i + 1]; ++s) {
@@ -40,17 +40,17 @@ GalerkinProduct::GalerkinProduct(const BlockRows& fine, const Interpolation& int
     std::uint32_t column, block;
     float weight;
   };
-  const auto around = neighbours(fine);
+  const auto around = neighbors(fine);
   std::vector<Contribution> row;
   for (std::uint32_t coarse = 0; coarse < interpolation.coarse_size; ++coarse) {
     row.clear();
     for (std::uint32_t e = restriction.start[coarse]; e < restriction.start[coarse + 1]; ++e) {
       const auto& [i, weight] = restriction.entries[e];
-      for (const Neighbour& neighbour : around[i]) {
-        const std::uint32_t j = neighbour.particle;
+      for (const Neighbor& neighbor : around[i]) {
+        const std::uint32_t j = neighbor.particle;
         for (std::uint32_t f = interpolation.start[j]; f < interpolation.start[j + 1]; ++f) {
           const auto& [column, other_weight] = interpolation.entries[f];
-          if (column > coarse) row.push_back({column, neighbour.block, weight * other_weight});
+          if (column > coarse) row.push_back({column, neighbor.block, weight * other_weight});
         }
       }
     }

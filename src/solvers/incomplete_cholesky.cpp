@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kFill = std::numeric_limits<std::size_t>::max();
 
-// A particle with more later neighbours than this, the hub of a star, would couple all of them with
+// A particle with more later neighbors than this, the hub of a star, would couple all of them with
 // one another; its fill is left out. Cloth has 6, lattices up to 16.
 constexpr std::size_t kMostFilled = 32;
 
@@ -35,7 +35,7 @@ void IncompleteCholesky::findEntries() {
     const std::size_t end = pattern_->rowStart(k + 1);
     for (std::size_t s = pattern_->rowStart(k); s < end; ++s) {
       rows[pattern_->column(s)].emplace_back(k, s);
-      // Eliminating k couples all its later neighbours.
+      // Eliminating k couples all its later neighbors.
       if (end - pattern_->rowStart(k) > kMostFilled) continue;
       for (std::size_t t = s + 1; t < end; ++t) {
         rows[pattern_->column(t)].emplace_back(pattern_->column(s), kFill);

@@ -13,8 +13,8 @@ namespace mass_spring {
 
 /// Block incomplete factor A ~ (I + L) D (I + L)^T in the particles' own order. L has the blocks of
 /// A and those that its elimination fills in directly (level 1), which for a cloth costs two thirds
-/// more blocks and saves two fifths of the iterations. Factorised in double.
-/// Where a pivot loses its sign, the factorisation starts anew with a heavier diagonal; the last
+/// more blocks and saves two fifths of the iterations. Factorized in double.
+/// Where a pivot loses its sign, the factorization starts anew with a heavier diagonal; the last
 /// resort, all weight on the diagonal, is block Jacobi.
 class IncompleteCholesky : public Preconditioner {
  public:

@@ -10,7 +10,7 @@
 namespace mass_spring {
 namespace {
 
-// Block products of one factorisation per block of the matrix, up to which it is taken instead of
+// Block products of one factorization per block of the matrix, up to which it is taken instead of
 // conjugate gradients. Measured on the hanging cloth of n x n particles (18 at n = 10, 38 at n =
 // 15): the two break even at n = 9 with the stiffness of the benchmark and at n = 16 with 1000
 // times that.

@@ -15,7 +15,7 @@ namespace {
 constexpr double kCovered = 1.9;
 constexpr double kReach = 2.1;  // how far a coarse particle takes part in the interpolation
 constexpr std::size_t kMostWeights = 6;
-constexpr double kManyNeighbours = 4.0;  // times the mean
+constexpr double kManyNeighbors = 4.0;  // times the mean
 
 struct Way {
   std::uint32_t to;
@@ -87,7 +87,7 @@ struct Anchor {
 std::vector<std::uint32_t> orderOfChoice(const Ways& ways, std::size_t pairs) {
   std::vector<std::uint32_t> order(ways.size());
   std::iota(order.begin(), order.end(), 0u);
-  const double many = kManyNeighbours * 2.0 * static_cast<double>(pairs) /
+  const double many = kManyNeighbors * 2.0 * static_cast<double>(pairs) /
                       static_cast<double>(std::max<std::size_t>(ways.size(), 1));
   std::stable_partition(order.begin(), order.end(), [&](std::uint32_t i) {
     return static_cast<double>(ways[i].size()) > many;
@@ -96,7 +96,7 @@ std::vector<std::uint32_t> orderOfChoice(const Ways& ways, std::size_t pairs) {
 }
 
 /// Weights by inverse distance, then w_k = u_k (1 - c_k) with the smallest c that moves their
-/// centre onto the particle; as far as no weight turns negative.
+/// center onto the particle; as far as no weight turns negative.
 std::vector<double> weightsOf(const std::vector<Anchor>& anchors, const Vectors& offsets) {
   std::vector<double> weights;
   double sum = 0.0;
@@ -104,28 +104,28 @@ std::vector<double> weightsOf(const std::vector<Anchor>& anchors, const Vectors&
   for (const Anchor& anchor : anchors) weights.push_back(1.0 / (anchor.distance * sum));
   if (offsets.cols() == 0) return weights;
 
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
-  for (std::size_t k = 0; k < anchors.size(); ++k) centre += weights[k] * offsets.col(k);
+  for (std::size_t k = 0; k < anchors.size(); ++k) center += weights[k] * offsets.col(k);
   for (std::size_t k = 0; k < anchors.size(); ++k) {
-    const Eigen::Vector3d d = offsets.col(k) - centre;
+    const Eigen::Vector3d d = offsets.col(k) - center;
     spread += weights[k] * d * d.transpose();
   }
   // Along directions in which the anchors hardly spread nothing can be corrected.
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(spread);
-  const double least = 1e-3 * std::max(axes.eigenvalues()[2], 1e-3 * centre.squaredNorm());
+  const double least = 1e-3 * std::max(axes.eigenvalues()[2], 1e-3 * center.squaredNorm());
   Eigen::Vector3d shift = Eigen::Vector3d::Zero();
   for (int axis = 0; axis < 3; ++axis) {
     const double width = axes.eigenvalues()[axis];
     const Eigen::Vector3d direction = axes.eigenvectors().col(axis);
-    if (width > least) shift += direction.dot(centre) / width * direction;
+    if (width > least) shift += direction.dot(center) / width * direction;
   }
   double share = 1.0;
   for (std::size_t k = 0; k < anchors.size(); ++k) {
-    share = std::min(share, 1.0 / std::max(1.0, (offsets.col(k) - centre).dot(shift)));
+    share = std::min(share, 1.0 / std::max(1.0, (offsets.col(k) - center).dot(shift)));
   }
   for (std::size_t k = 0; k < anchors.size(); ++k) {
-    weights[k] *= 1.0 - share * (offsets.col(k) - centre).dot(shift);
+    weights[k] *= 1.0 - share * (offsets.col(k) - center).dot(shift);
   }
   return weights;
 }

@@ -19,7 +19,7 @@ struct Net {
 };
 
 /// Thins a net out to about twice its spacing: particles become coarse in the order of their
-/// numbers (those of uncommonly many neighbours first), unless there is a coarse one nearby, by the
+/// numbers (those of uncommonly many neighbors first), unless there is a coarse one nearby, by the
 /// way along the pairs. Interpolation from the coarse ones nearby is by inverse distance, corrected
 /// to reproduce linear functions of the positions where those are known.
 /// @param net  becomes the coarse one

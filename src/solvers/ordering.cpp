@@ -8,10 +8,10 @@
 namespace mass_spring {
 namespace {
 
-/// Neighbours of each particle: [start[i], start[i + 1]) of `neighbour`.
+/// Neighbors of each particle: [start[i], start[i + 1]) of `neighbor`.
 struct Graph {
   std::vector<std::size_t> start;
-  std::vector<std::uint32_t> neighbour;
+  std::vector<std::uint32_t> neighbor;
 
   explicit Graph(const BlockPattern& pattern) : start(pattern.size() + 1, 0) {
     const auto forEachPair = [&](const auto& visit) {
@@ -24,13 +24,13 @@ struct Graph {
     };
     forEachPair([&](std::uint32_t i, std::uint32_t) { ++start[i + 1]; });
     for (std::uint32_t i = 0; i < pattern.size(); ++i) start[i + 1] += start[i];
-    neighbour.resize(start.back());
+    neighbor.resize(start.back());
     std::vector<std::size_t> next(start.begin(), start.end() - 1);
-    forEachPair([&](std::uint32_t i, std::uint32_t j) { neighbour[next[i]++] = j; });
-    // The order of Cuthill and McKee: those with few neighbours first.
+    forEachPair([&](std::uint32_t i, std::uint32_t j) { neighbor[next[i]++] = j; });
+    // The order of Cuthill and McKee: those with few neighbors first.
     for (std::uint32_t i = 0; i < pattern.size(); ++i) {
-      std::sort(neighbour.begin() + static_cast<std::ptrdiff_t>(start[i]),
-                neighbour.begin() + static_cast<std::ptrdiff_t>(start[i + 1]),
+      std::sort(neighbor.begin() + static_cast<std::ptrdiff_t>(start[i]),
+                neighbor.begin() + static_cast<std::ptrdiff_t>(start[i + 1]),
                 [this](std::uint32_t a, std::uint32_t b) {
                   return std::make_pair(degree(a), a) < std::make_pair(degree(b), b);
                 });
@@ -53,7 +53,7 @@ class BreadthFirst {
     for (; head < order.size(); ++head) {
       const std::uint32_t i = order[head];
       for (std::size_t e = graph_.start[i]; e < graph_.start[i + 1]; ++e) {
-        const std::uint32_t j = graph_.neighbour[e];
+        const std::uint32_t j = graph_.neighbor[e];
         if (reached(j)) continue;
         depth_[j] = depth_[i] + 1;
         order.push_back(j);

@@ -36,17 +36,17 @@ std::vector<std::vector<AxisEntry>> coarsenAxis(std::vector<double>& axis) {
   return entries;
 }
 
-/// Are the positions those of a net that is spread out, so that neighbours are near each other? Of
-/// a scrambled start they are not: there the distance of neighbours is 1.4 times the mean distance
-/// from the centre, and 0.5 times for a lattice of no more than 6 x 6 x 6.
+/// Are the positions those of a net that is spread out, so that neighbors are near each other? Of
+/// a scrambled start they are not: there the distance of neighbors is 1.4 times the mean distance
+/// from the center, and 0.5 times for a lattice of no more than 6 x 6 x 6.
 bool isSpreadOut(const Vectors& positions, const std::vector<Net::Pair>& pairs) {
-  const Eigen::Vector3d centre = positions.rowwise().mean();
-  const double size = (positions.colwise() - centre).colwise().norm().mean();
-  double neighbours = 0.0;
+  const Eigen::Vector3d center = positions.rowwise().mean();
+  const double size = (positions.colwise() - center).colwise().norm().mean();
+  double neighbors = 0.0;
   for (const Net::Pair& pair : pairs) {
-    neighbours += (positions.col(pair.j) - positions.col(pair.i)).norm();
+    neighbors += (positions.col(pair.j) - positions.col(pair.i)).norm();
   }
-  return neighbours < 0.8 * size * static_cast<double>(pairs.size());
+  return neighbors < 0.8 * size * static_cast<double>(pairs.size());
 }
 
 }  // namespace

@@ -6,7 +6,7 @@ namespace mass_spring {
 
 /// The rows of a symmetric matrix in two parts of about equal work, for two threads. Each part has
 /// the blocks whose row and column are both its own; those between the parts are left to one thread
-/// alone, and are few where neighbours have near numbers. A small matrix is one part. Nothing here
+/// alone, and are few where neighbors have near numbers. A small matrix is one part. Nothing here
 /// depends on how many threads there are, and so no result does.
 class RowHalves {
  public:

@@ -16,7 +16,7 @@ constexpr Eigen::Index kMostParticles = 300;  // free ones: some seconds for a d
 constexpr double kNear = 0.1;       // of a spring's length, by which its ends part from the rest
 constexpr double kNotable = 0.01;   // share of the energy
 constexpr std::size_t kModes = 5;   // at the most
-constexpr double kPredicted = 0.1;  // error of the linearisation, and what it may leave unexplained
+constexpr double kPredicted = 0.1;  // error of the linearization, and what it may leave unexplained
 constexpr double kFewestSamples = 4.0;  // per period, in frames of the reference
 
 using Matrix = Eigen::MatrixXd;

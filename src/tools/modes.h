@@ -24,12 +24,12 @@ struct Oscillation {
 std::optional<Oscillation> fitOscillation(const std::vector<double>& samples, double interval,
                                           std::size_t stride);
 
-/// A mode of the linearised scene that swings visibly.
+/// A mode of the linearized scene that swings visibly.
 struct Mode {
   Vectors weights;     ///< their scalar product with the positions is its amplitude
   std::size_t stride;  ///< frames, for fitOscillation()
   double share;        ///< of the energy of all modes
-  Oscillation linear;  ///< by the linearised scene
+  Oscillation linear;  ///< by the linearized scene
   Oscillation truth;   ///< of the reference
 
   double amplitude(const Vectors& positions) const { return weights.cwiseProduct(positions).sum(); }
@@ -43,7 +43,7 @@ struct Modes {
 };
 
 /// The slowest modes that carry notable energy, of scenes that stay near a shape at rest, or come
-/// near it, and whose linearisation predicts the reference.
+/// near it, and whose linearization predicts the reference.
 /// @param frame_rate  Hz, of the reference's frames
 /// @param frames      of them, from the first, that may be used
 Modes findModes(const Scene& scene, const Reference& reference, double frame_rate,

@@ -16,7 +16,7 @@ import matplotlib
 matplotlib.use('Agg')
 import matplotlib.pyplot as plt  # noqa: E402
 
-# Okabe and Ito's colours, which the colour-blind tell apart, with markers for print.
+# Okabe and Ito's colors, which the color-blind tell apart, with markers for print.
 STYLES = {
     'explicit_euler': ('#999999', 'x'),
     'symplectic_euler': ('#E69F00', 'o'),

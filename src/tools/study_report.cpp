@@ -27,7 +27,7 @@ std::string number(double value) {
 }
 
 /// "0.1 mm"
-std::string millimetres(double metres) { return number(1e3 * metres) + " mm"; }
+std::string millimeters(double meters) { return number(1e3 * meters) + " mm"; }
 
 std::string inRealTime(const Study& study, const StudyRow& row) {
   return number(study.duration / row.wall_seconds) + " x real time";
@@ -35,7 +35,7 @@ std::string inRealTime(const Study& study, const StudyRow& row) {
 
 std::string cell(const Study& study, const StudyRow* row) {
   if (row == nullptr) return "no setting that was measured | | |";
-  return describe(row->setting) + " | " + millimetres(row->rms_error) + " | " +
+  return describe(row->setting) + " | " + millimeters(row->rms_error) + " | " +
          number(1e3 * row->step_median) + " ms | " + inRealTime(study, *row);
 }
 
@@ -78,7 +78,7 @@ std::string modesText(const Study& study, const std::vector<StudyRow>& rows) {
   }
   out << "From " << static_cast<double>(study.modes.first + 1) / study.frame_rate
       << " s on the scene is near a shape at rest. The slowest modes that carry notable energy "
-         "there:\n\n| share of the energy | linearised: frequency | damping ratio | the "
+         "there:\n\n| share of the energy | linearized: frequency | damping ratio | the "
          "reference: frequency | damping ratio | not explained |\n|---|---|---|---|---|---|\n";
   // A ratio to the sixth digit; zero without a sign.
   const auto ratio = [](double value) { return std::round(1e6 * value) / 1e6 + 0.0; };
@@ -123,7 +123,7 @@ std::string horizonText(const Study& study) {
   text.precision(3);
   for (const double error : {1e-2, 1e-3, 1e-4}) {
     const std::size_t n = reference.horizon(error);
-    text << "- An error of " << millimetres(error) << " means something "
+    text << "- An error of " << millimeters(error) << " means something "
          << (n == frames ? "to the end, " : "up to ") << static_cast<double>(n) / study.frame_rate
          << " s.\n";
   }
@@ -134,7 +134,7 @@ std::string horizonText(const Study& study) {
   } else {
     text << "\nTwo starts 1e-9 m apart are more than 1 mm apart after "
          << static_cast<double>(n + 1) / study.frame_rate
-         << " s: from then on no simulator, nor the real thing, can be repeated to a millimetre, "
+         << " s: from then on no simulator, nor the real thing, can be repeated to a millimeter, "
             "and only energy, heights and other means are worth comparing.\n";
   }
   return text.str();
@@ -154,9 +154,9 @@ std::string summary(const Study& study, const std::vector<StudySeries>& series,
       << "## The cheapest setting\n\n"
       << "| error | setting | its error | step, median | speed |\n|---|---|---|---|---|\n";
   for (const double error : kStudyErrors) {
-    out << "| " << millimetres(error) << " | ";
+    out << "| " << millimeters(error) << " | ";
     if (error < 0.99 * shown) {
-      out << "below what the reference can tell here, " << millimetres(shown) << " | | | |\n";
+      out << "below what the reference can tell here, " << millimeters(shown) << " | | | |\n";
     } else {
       out << cell(study, cheapest(rows, error)) << " |\n";
     }
@@ -175,14 +175,14 @@ std::string summary(const Study& study, const std::vector<StudySeries>& series,
         << " s; with half as many it";
   }
   out << " differs by " << reference.largestDoubt(study.compared) << " m at the most up to "
-      << until << " s. Errors below " << millimetres(shown) << " are not shown.\n\n";
+      << until << " s. Errors below " << millimeters(shown) << " are not shown.\n\n";
   out << endText(study, rows) << "\n## Where each scheme was left\n\n"
       << "| scheme | finest setting | its error | speed | why no finer |\n|---|---|---|---|---|\n";
   for (const StudySeries& one : series) {
     if (one.rows.empty()) continue;
     const StudyRow& row = one.rows.back();
     out << "| " << name(row.setting.scheme) << " | " << describe(row.setting) << " | "
-        << (row.usable() ? millimetres(row.rms_error) : row.status) << " | "
+        << (row.usable() ? millimeters(row.rms_error) : row.status) << " | "
         << inRealTime(study, row) << " | " << one.end << " |\n";
   }
   out << "\n## Measured with\n\n"
@@ -261,9 +261,9 @@ std::string describeMachine() {
       "GCC " << __VERSION__
 #endif
 #if defined(NDEBUG)
-      << ", optimised"
+      << ", optimized"
 #else
-      << ", not optimised"
+      << ", not optimized"
 #endif
       << "\n- mass_spring_sim " << MASS_SPRING_VERSION << ", Eigen " << EIGEN_WORLD_VERSION << '.'
       << EIGEN_MAJOR_VERSION << '.' << EIGEN_MINOR_VERSION << '\n';

@@ -99,7 +99,7 @@ TEST(PinConversion, TakesPointAndTargetToTheScene) {
   EXPECT_LE(command.target.orientation.angularDistance(quarter_turn), kRounding);
 }
 
-TEST(PinConversion, NormalisesQuaternionsWithinATolerance) {
+TEST(PinConversion, NormalizesQuaternionsWithinATolerance) {
   for (const double length : {0.0, 0.9991, 1.0, 1.0009}) {
     mass_spring_sim::PinCommand message = pinMessage();
     message.target.orientation.x = length;

@@ -44,8 +44,8 @@ class DragTest(NodeTest):
     def points(self, name):
         """[point, axis] in m: where the mouse can take hold of an object."""
         marker = self.markers[name]
-        centre = marker.pose.position
-        return numpy.array([[p.x + centre.x, p.y + centre.y, p.z + centre.z]
+        center = marker.pose.position
+        return numpy.array([[p.x + center.x, p.y + center.y, p.z + center.z]
                             for p in marker.controls[0].markers[0].points])
 
     def feel(self, event, place=(0.0, 0.0, 0.0), mouse=None, marker='left'):

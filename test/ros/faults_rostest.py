@@ -109,7 +109,7 @@ class FaultsTest(NodeTest):
             self.addCleanup(subscriber.close)
         self.assert_steps_go_on(node, 300)
         wait_until(lambda: slow.received > 100e3, 'the slow one gets something')
-        # 64 MB of states may wait, and are built and serialised in 0.5 MB each.
+        # 64 MB of states may wait, and are built and serialized in 0.5 MB each.
         self.assert_grew_less(node, before, 64 * MEGABYTE + SLACK)
 
     def push(self, node, k, of, force):

@@ -16,14 +16,14 @@ from simulated_node import DEADLINE, Recorder, feeds, positions, vector, velocit
 NODE, GRIPPER = '/robot/mass_spring', '/robot/move_gripper'
 GRAVITY = 9.81
 CORNER = 19  # of grasp.yaml, as is what follows
-BENCH_CENTRE, BENCH_SIZE = numpy.array([-0.1, 0.0, 0.2]), numpy.array([0.5, 0.7, 0.4])
+BENCH_CENTER, BENCH_SIZE = numpy.array([-0.1, 0.0, 0.2]), numpy.array([0.5, 0.7, 0.4])
 BENCH_TOP = 0.4
 THICKNESS = 0.006
 
 
 def depth_in_bench(state):
     """m: how deep the deepest particle is below the bench's surface; below 0 outside."""
-    return (BENCH_SIZE / 2 - abs(positions(state) - BENCH_CENTRE)).min(axis=1).max()
+    return (BENCH_SIZE / 2 - abs(positions(state) - BENCH_CENTER)).min(axis=1).max()
 
 
 def at_rest(state):
@@ -135,7 +135,7 @@ class GraspTest(unittest.TestCase):
         self.assertFalse(self.pins[last.header.stamp].pins)
         place = positions(last)
         self.assertLess(place[:, 2].max(), BENCH_TOP + 0.25)
-        on_bench = (abs(place - BENCH_CENTRE)[:, :2] < BENCH_SIZE[:2] / 2).all(axis=1)
+        on_bench = (abs(place - BENCH_CENTER)[:, :2] < BENCH_SIZE[:2] / 2).all(axis=1)
         self.assertGreater(numpy.count_nonzero(on_bench), len(place) / 2)
         # The fall presses into the thickness, not into the bench.
         self.assertLess(max(depth_in_bench(state) for state in self.states), 0.0)

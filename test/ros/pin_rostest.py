@@ -66,7 +66,7 @@ class PinTest(NodeTest):
         self.assert_holds_exactly([0, 13])
 
     def test_add_within_a_radius(self):
-        # 0.11 m around particle 13 reach its four neighbours at 0.1 m, not those at 0.14 m.
+        # 0.11 m around particle 13 reach its four neighbors at 0.1 m, not those at 0.14 m.
         self.add('grab', point=Point(0.1, 0.05, 1.0), radius=0.11, here=True)
         self.assert_holds_exactly([0, 8, 12, 13, 14, 18])
 
@@ -92,7 +92,7 @@ class PinTest(NodeTest):
                                           rtol=0, atol=HELD)
         self.assert_holds_exactly([0])
 
-    def test_quaternions_are_normalised_and_zeros_mean_no_rotation(self):
+    def test_quaternions_are_normalized_and_zeros_mean_no_rotation(self):
         self.add('grab', particles=[14, 19], target=pose((0.0, 0.0, 1.0)))
         held = self.sheet(self.node.step(1)[0])[[14, 19]]
         for quaternion in ((0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0009)):

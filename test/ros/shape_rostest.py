@@ -48,7 +48,7 @@ class ShapeTest(NodeTest):
         table, = last.shapes
         self.assertEqual((table.name, table.stale, last.header.frame_id), ('table', False, 'world'))
         numpy.testing.assert_allclose(vector(table.pose.position), [0.0, 0.0, 0.9])
-        # 0.5, 0.25 and 0.125 kg at rest, 0, 0.1 and 0.2 m from the centre; Newton's tolerance.
+        # 0.5, 0.25 and 0.125 kg at rest, 0, 0.1 and 0.2 m from the center; Newton's tolerance.
         masses = numpy.array([0.5, 0.25, 0.125])
         forces = numpy.array([vector(contact.force) for contact in last.contacts])
         numpy.testing.assert_allclose(forces[:, 2], masses * GRAVITY, rtol=1e-3)

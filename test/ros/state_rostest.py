@@ -81,7 +81,7 @@ class StateTest(NodeTest):
         numpy.testing.assert_array_equal(rows[:, :3], positions(state).astype('float32'))
         numpy.testing.assert_array_equal(rows[:, 3:6], velocities(state).astype('float32'))
         numpy.testing.assert_array_equal(rows[:, 7], numpy.arange(len(rows)))
-        # A rope comes first; its only springs are those to its neighbours.
+        # A rope comes first; its only springs are those to its neighbors.
         lengths = numpy.linalg.norm(numpy.diff(positions(state)[:7], axis=0), axis=1)
         strains = lengths / (1.0 / 6.0) - 1.0
         largest = [max(strains[max(k - 1, 0):k + 1], key=abs) for k in range(7)]
