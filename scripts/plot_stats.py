@@ -210,7 +210,7 @@ def main():
         matplotlib.use('Agg')
     elif pyplot.get_backend().lower() == 'agg':
         sys.exit('There is no display to show a window on; --output FILE.png writes a file.')
-    figure = pyplot.figure(figsize=(9.0, 9.0), dpi=100, layout='constrained')
+    figure = pyplot.figure(figsize=(9.0, 9.0), dpi=100, constrained_layout=True)
     extensions = figure.canvas.get_supported_filetypes()
     if args.output and os.path.splitext(args.output)[1][1:] not in extensions:
         parser.error('--output: expected a file name that ends in one of ' +
