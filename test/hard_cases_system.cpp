@@ -130,8 +130,10 @@ void springBothWays(Trial& trial) {
     return scene;
   };
   Watched a(trial, tight(twice)), b(trial, tight(stiff));
-  a.step(5);
-  b.step(5);
+  // The second step is the first that bdf2 makes by its own formula. Rounding, which differs from
+  // compiler to compiler, grows with each step of such a stiff net.
+  a.step(2);
+  b.step(2);
   if (a.failed() || b.failed()) return;
   EXPECT_LT((a->state().positions - b->state().positions).norm(), 1e-12);
 }

@@ -84,7 +84,7 @@ class WrenchTest(NodeTest):
                                       numpy.concatenate([axes @ force, axes @ torque]), atol=1e-12)
 
     def test_a_shape_tells_in_the_frame_that_it_follows(self):
-        table = {'type': 'box', 'center': [0.0, 0.0, -0.1], 'size': [2.0, 2.0, 0.18],
+        table = {'type': 'box', 'center': [0.1, -0.05, -0.1], 'size': [2.0, 2.0, 0.18],
                  'follow_frame': 'base'}
         self.node = self.start('free_particles.yaml', {
             'effects': {'gravity': {'acceleration': [0.0, 0.0, -GRAVITY]},
@@ -109,9 +109,10 @@ class WrenchTest(NodeTest):
         numpy.testing.assert_allclose(told[:3], [0.0, 0.0, -weights.sum()], rtol=1e-3, atol=1e-3)
         numpy.testing.assert_allclose(told[3:], [-weights @ [0.3, 0.2, 0.1], 0.0, 0.0], rtol=5e-3,
                                       atol=5e-3)
-        # ~contacts has the same about the middle of the table, in the axes of the scene.
+        # ~contacts has the same about the middle of the table, which lies at y = -0.05 m of the
+        # frame, in the axes of the scene: its y axis is the x axis of the frame.
         self.assertAlmostEqual(shape.wrench.force.z, told[2], delta=1e-12)
-        self.assertAlmostEqual(shape.wrench.torque.y, told[3], delta=1e-12)
+        self.assertAlmostEqual(shape.wrench.torque.y, told[3] + 0.05 * told[2], delta=1e-12)
 
     def test_topics_come_and_go_with_pins_and_shapes(self):
         ball = {'type': 'sphere', 'center': [0.0, 0.0, 0.0], 'radius': 0.1}
