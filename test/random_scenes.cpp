@@ -149,10 +149,10 @@ std::optional<Violation> findViolation(const Scene& scene, int steps) {
   Simulation simulation(scene), again(scene);
   const bool implicit = info(scene.solver.scheme).implicit;
   const bool xpbd = scene.solver.scheme == Scheme::kXpbd;
-  // What moves and falls may get back, with xpbd, what the springs held, and with tr_bdf2, what was
-  // lost. That may also be what a command gave and the same step lost, but it is no more than a
-  // tenth of the energies before and after a step. To second-order schemes, which gain and lose in
-  // turn, the engine leaves 1e-3 of them.
+  // With xpbd, kinetic and gravitational energy may take what the springs held; with tr_bdf2,
+  // energy that was lost may come back. That may also be what a command gave and the same step
+  // lost, but it is no more than a tenth of the energies before and after a step. To second-order
+  // schemes, which gain and lose in turn, the engine leaves 1e-3 of them.
   const bool tr_bdf2 = scene.solver.scheme == Scheme::kTrBdf2;
   const double share = tr_bdf2 ? 0.2 : 2.2e-3;
   double ever = 0.0;  // J, the most energy that there was

@@ -76,8 +76,8 @@ class Contact : public Effect {
   double friction_;
   std::vector<Shape> shapes_;
   Eigen::VectorXd masses_;
-  // Of the last linearized step: which particles and shapes it knew of (particle by particle), and
-  // where it ended if that was in a shape it did not know of.
+  // The particles and shapes that the last linearized step knew of (particle by particle), and
+  // where that step ended if it was in a shape it did not know of.
   mutable std::vector<char> known_;
   mutable Vectors ends_;
   mutable bool missed_ = false;
