@@ -13,7 +13,7 @@ namespace mass_spring {
 
 namespace {
 
-constexpr std::chrono::seconds kPeriod(1);
+constexpr std::chrono::seconds kAskingPeriod(1);
 
 using XmlRpc::XmlRpcValue;
 
@@ -40,7 +40,7 @@ bool askSelf(const char* method, const XmlRpcValue& request, XmlRpcValue& answer
 }
 
 /// Topics and their types. @param method  getPublications or getSubscriptions
-std::vector<std::pair<std::string, std::string>> topics(const char* method) {
+std::vector<std::pair<std::string, std::string>> topicsAndTypes(const char* method) {
   XmlRpcValue request, answer;
   request[0] = ros::this_node::getName();
   std::vector<std::pair<std::string, std::string>> found;
@@ -75,7 +75,7 @@ void Registration::run() {
   while (true) {
     {
       std::unique_lock lock(mutex_);
-      if (stopped_.wait_for(lock, kPeriod, [this] { return stopping_; })) break;
+      if (stopped_.wait_for(lock, kAskingPeriod, [this] { return stopping_; })) break;
     }
     look();
   }
@@ -101,10 +101,10 @@ void Registration::registerAgain() const {
   const std::string uri = ros::XMLRPCManager::instance()->getServerURI();
   XmlRpcValue answer;
   std::size_t count = 0;
-  for (const auto& [topic, type] : topics("getPublications")) {
+  for (const auto& [topic, type] : topicsAndTypes("getPublications")) {
     if (ask("registerPublisher", {topic, type, uri}, answer)) ++count;
   }
-  for (const auto& [topic, type] : topics("getSubscriptions")) {
+  for (const auto& [topic, type] : topicsAndTypes("getSubscriptions")) {
     if (!ask("registerSubscriber", {topic, type, uri}, answer)) continue;
     ++count;
     // To be told of no publisher would cut the links to those that the master has forgotten, too.
