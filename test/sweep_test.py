@@ -52,6 +52,19 @@ def alive_in(session):
             yield int(name)
 
 
+def runs_of(folder):
+    """Command lines of processes that work in the folder."""
+    found = []
+    for line in pathlib.Path('/proc').glob('[0-9]*/cmdline'):
+        try:
+            words = line.read_text(errors='replace')
+        except OSError:  # it has ended
+            continue
+        if str(folder) in words and line.parent.name != str(os.getpid()):
+            found.append(words.replace('\0', ' '))
+    return found
+
+
 def kill_all(leader):
     """As if the machine died: the process and all that it started end without a last word."""
     while True:
@@ -245,6 +258,7 @@ class SweepTest(unittest.TestCase):
         self.wait(lambda: list((self.output / 'runs').glob('*.txt')), endless)
         endless.terminate()
         self.assertEqual(endless.wait(timeout=DEADLINE), 128 + signal.SIGTERM)
+        self.assertEqual(runs_of(self.folder), [])
         self.assertEqual((self.results(), self.rows()), ({}, []))
 
     def test_runs_anew_what_left_no_result(self):
