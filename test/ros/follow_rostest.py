@@ -164,6 +164,7 @@ class FollowTest(NodeTest):
         self.assertIn('follow_frame: got "hand"', answer.message)
         frame = self.frame('hand', (0.0, 0.0, 1.0))
         wait_until(lambda: isinstance(self.node.send(unknown), AppliedCommand), 'tf knows it')
+        self.wait_followed('grip', 0.0)  # It takes hold in the next step.
         frame.move((0.5, 0.0, 1.0))
         _, where = self.wait_followed('grip', 0.5)
         numpy.testing.assert_allclose(where[0], [0.5, 0.0, 1.0], rtol=0, atol=HELD)

@@ -30,6 +30,11 @@ def at_rest(state):
     return abs(velocities(state)).max() < 0.02
 
 
+def fingers_are_open(contacts):
+    fingers = [shape.pose.position.y for shape in contacts.shapes if shape.name.endswith('finger')]
+    return abs(fingers[0] - fingers[1]) > 0.09
+
+
 class GraspTest(unittest.TestCase):
 
     @classmethod
@@ -51,9 +56,12 @@ class GraspTest(unittest.TestCase):
             return [told for told in record['applied'].messages if told.sender == GRIPPER]
         wait_until(lambda: len(commands()) == 2, 'the corner is grasped and let go', 2 * DEADLINE)
         cls.grasp, cls.release = commands()
+        record['contacts'].wait(
+            lambda all: all[-1].step > cls.release.step and fingers_are_open(all[-1]),
+            'the fingers open')
+        opened = record['contacts'].messages[-1].step
         last = record['state'].wait(
-            lambda states: states[-1].step > cls.release.step + 100 and at_rest(states[-1]),
-            'it lies')[-1]
+            lambda states: states[-1].step > opened + 100 and at_rest(states[-1]), 'it lies')[-1]
         for name in ('pins', 'contacts'):
             record[name].wait(lambda all: all[-1].header.stamp >= last.header.stamp, 'the last came')
         cls.masses = numpy.array(record['topology'].messages[0].masses)
@@ -112,10 +120,12 @@ class GraspTest(unittest.TestCase):
         """As it hangs in the air before it is shaken: gravity but for what speeds it up."""
         up = [state for state in self.held
               if positions(state)[:, 2].min() > BENCH_TOP + 2 * THICKNESS]
-        above = vector(self.pin(up[-1]).target.position)  # Shaken, it comes back there.
-        there = [abs(vector(self.pin(state).target.position) - above).max() < 1e-9 for state in up]
-        begin = there.index(True)
-        hanging = up[begin:there.index(False, begin)]
+        places = numpy.array([vector(self.pin(state).target.position) for state in up])
+        moves = abs(numpy.diff(places, axis=0)).max(axis=1) > 1e-9
+        # Where the gripper waits the longest.
+        ends = [0, *(numpy.flatnonzero(moves) + 1), len(up)]
+        begin, end = max(zip(ends, ends[1:]), key=lambda stay: stay[1] - stay[0])
+        hanging = up[begin:end]
         force = numpy.zeros(3)
         for state in hanging[1:]:
             force += vector(self.pin(state).wrench.force)
