@@ -23,30 +23,32 @@ const MatrixWeights kWeights{1.0, kStep, kStep* kStep};
 
 /// A cloth in motion, and its step matrix.
 struct Swing {
-  explicit Swing(int n) : simulation(hangingCloth(n)) {
+  explicit Swing(int n)
+      : simulation(hangingCloth(n)),
+        pattern(simulation.model().pattern),
+        workspace(simulation.model()) {
     for (int frame = 0; frame < kFrames; ++frame) simulation.step();
-    PatternBuilder builder;
-    for (const auto& effect : effects()) effect->addPattern(builder);
-    pattern = std::make_shared<BlockPattern>(simulation.model().particleCount(), builder);
-    for (const auto& effect : effects()) effect->findSlots(*pattern);
     matrix = std::make_unique<StepMatrix>(pattern);
     assemble();
     right_side = simulation.state().velocities * simulation.model().masses.asDiagonal();
   }
 
-  const std::vector<std::unique_ptr<Effect>>& effects() const { return simulation.model().effects; }
   const State& state() const { return simulation.state(); }
+  Point point() const {
+    return {state().positions, state().velocities, state().time, state().effects};
+  }
   void assemble() {
     matrix->setMasses(kWeights.mass, simulation.model().masses);
-    for (const auto& effect : effects()) {
-      effect->addDerivatives(state().positions, state().velocities, kWeights,
-                             Projection::kWhereNeeded, *matrix);
+    for (const Workspace::Part& part : workspace.parts()) {
+      part.effect->addDerivatives(point(), part.scratch.get(), kWeights, Projection::kWhereNeeded,
+                                  *matrix);
     }
     matrix->decouple(simulation.pins().mask());
   }
 
   Simulation simulation;
   std::shared_ptr<const BlockPattern> pattern;
+  Workspace workspace;
   std::unique_ptr<StepMatrix> matrix;
   Vectors right_side;
 };
@@ -60,13 +62,10 @@ void countSprings(benchmark::State& run, const Swing& swing) {
 
 /// All effects: springs, their damping, gravity.
 void forces(benchmark::State& run) {
-  const Swing swing(static_cast<int>(run.range(0)));
+  Swing swing(static_cast<int>(run.range(0)));
   Vectors sum(3, swing.state().positions.cols());
   for (auto _ : run) {
-    sum.setZero();
-    for (const auto& effect : swing.effects()) {
-      effect->addForces(swing.state().positions, swing.state().velocities, sum);
-    }
+    sumForces(swing.workspace, nullptr, swing.point(), sum);
     benchmark::DoNotOptimize(sum.data());
   }
   countSprings(run, swing);
@@ -96,13 +95,12 @@ void plainForces(benchmark::State& run) {
 
 /// Forces, energy and dissipation at one point, as Newton's line search needs them.
 void forcesAndEnergies(benchmark::State& run) {
-  const Swing swing(static_cast<int>(run.range(0)));
+  Swing swing(static_cast<int>(run.range(0)));
   Vectors sum(3, swing.state().positions.cols());
   for (auto _ : run) {
     Energy energy;
     double dissipation = 0.0;
-    sumForces(swing.simulation.model(), nullptr, nullptr, swing.state().positions,
-              swing.state().velocities, sum, energy, dissipation);
+    sumForces(swing.workspace, nullptr, swing.point(), {&sum, &energy, &dissipation, nullptr});
     benchmark::DoNotOptimize(energy.elastic + dissipation);
   }
   countSprings(run, swing);
@@ -133,7 +131,8 @@ void linearSolve(benchmark::State& run, LinearSolver solver) {
   SolverOptions options;
   options.linear_solver = solver;
   options.threads = 1;
-  LinearSystem system(swing.simulation.model(), options);
+  Workspace workspace(swing.simulation.model());
+  LinearSystem system(workspace, options);
   Vectors x(3, swing.right_side.cols());
   LinearSystem::Result result;
   for (auto _ : run) {
@@ -174,7 +173,7 @@ void measures(benchmark::State& run) {
   const Swing swing(static_cast<int>(run.range(0)));
   const Model& model = swing.simulation.model();
   for (auto _ : run) {
-    benchmark::DoNotOptimize(energy(model, swing.state()).total());
+    benchmark::DoNotOptimize(swing.simulation.energy().total());
     benchmark::DoNotOptimize(maxStretch(model, swing.state()));
   }
 }

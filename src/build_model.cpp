@@ -18,7 +18,6 @@
 #include "mass_spring_sim/model.h"
 #include "scheme_choice.h"
 #include "solvers/block_pattern.h"
-#include "thread_pool.h"
 
 namespace mass_spring {
 namespace {
@@ -121,50 +120,49 @@ std::uint32_t usefulThreads(int asked_for, const Model& model) {
   return model.particleCount() < kLeastParticles ? 1 : std::clamp(most, 1u, 2u);
 }
 
-void addEffects(const Scene& scene, Model& model) {
+using Effects = std::vector<std::shared_ptr<Effect>>;
+
+/// The effects that the scene asks for, and nothing for those that it does not. They are constant
+/// once they know their places in the pattern.
+Effects addEffects(Model& model) {
+  const EffectOptions& options = model.options;
+  Effects effects;
   if (any(model.springs, &Spring::stiffness) || any(model.springs, &Spring::damping)) {
-    auto springs = std::make_unique<Springs>(model.springs, model.particleCount());
-    if (scene.effects.plasticity) springs->keepApart(model.springs);
-    model.springs_effect = springs.get();
-    model.effects.push_back(std::move(springs));
+    effects.push_back(
+        std::make_shared<Springs>(model.springs, model.particleCount(), model.springs_yield));
   }
-  if (scene.effects.gravity) {
-    model.effects.push_back(
-        std::make_unique<Gravity>(scene.effects.gravity->acceleration, model.masses));
+  if (options.gravity) {
+    effects.push_back(std::make_shared<Gravity>(options.gravity->acceleration, model.masses));
   }
-  if (scene.effects.air_drag) {
-    model.effects.push_back(std::make_unique<AirDrag>(scene.effects.air_drag->coefficient));
+  if (options.air_drag) {
+    effects.push_back(std::make_shared<AirDrag>(options.air_drag->coefficient));
   }
-  if (scene.effects.wind) {
-    model.effects.push_back(std::make_unique<Wind>(*scene.effects.wind, model));
+  if (options.wind) effects.push_back(std::make_shared<Wind>(*options.wind, model));
+  if (options.contact) {
+    effects.push_back(std::make_shared<Contact>(*options.contact, model.shapes, model.masses));
   }
-  if (scene.effects.contact) {
-    auto contact = std::make_unique<Contact>(*scene.effects.contact, model.masses);
-    model.contact = contact.get();
-    model.effects.push_back(std::move(contact));
+  if (options.strain_limit) {
+    effects.push_back(std::make_shared<StrainLimit>(*options.strain_limit, model.springs));
   }
-  if (scene.effects.strain_limit) {
-    model.effects.push_back(
-        std::make_unique<StrainLimit>(*scene.effects.strain_limit, model.springs));
+  if (options.self_collision) {
+    effects.push_back(std::make_shared<SelfCollision>(*options.self_collision, model));
   }
-  if (scene.effects.self_collision) {
-    model.effects.push_back(
-        std::make_unique<SelfCollision>(*scene.effects.self_collision, model, scene.rate));
-  }
-  if (scene.effects.tearing) model.spring_changes.push_back("tearing");
-  if (scene.effects.plasticity) model.spring_changes.push_back("plasticity");
+  if (options.tearing) model.spring_changes.push_back("tearing");
+  if (options.plasticity) model.spring_changes.push_back("plasticity");
+  model.effects.assign(effects.begin(), effects.end());
+  return effects;
 }
 
-void addPattern(Model& model) {
+void addPattern(const Effects& effects, Model& model) {
   if (!info(model.solver.scheme).implicit) return;
   PatternBuilder builder;
   // xpbd has no equations of springs.
-  const Effect* without = model.solver.scheme == Scheme::kXpbd ? model.springs_effect : nullptr;
-  for (const auto& effect : model.effects) {
+  const Effect* without = model.solver.scheme == Scheme::kXpbd ? find<Springs>(model) : nullptr;
+  for (const auto& effect : effects) {
     if (effect.get() != without) effect->addPattern(builder);
   }
   model.pattern = std::make_shared<BlockPattern>(model.particleCount(), std::move(builder));
-  for (const auto& effect : model.effects) {
+  for (const auto& effect : effects) {
     if (effect.get() != without) effect->findSlots(*model.pattern);
   }
 }
@@ -187,21 +185,33 @@ std::vector<Edge> lostEdges(const std::vector<Spring>& springs, const std::vecto
 
 }  // namespace
 
-Model buildModel(const Scene& scene) {
+Model buildModel(const Scene& scene, bool springs_yield) {
   Model model;
   for (const Object& object : scene.objects) appendObject(object, model);
   requirePhysical(scene, model);
+  for (std::size_t s = 0; s < model.springs.size(); ++s) {
+    model.springs[s].number = static_cast<std::uint32_t>(s);
+  }
+  model.rate = scene.rate;
   model.limits = scene.limits;
-  model.threads = std::make_shared<ThreadPool>(usefulThreads(scene.solver.threads, model));
-  addEffects(scene, model);
+  model.options = scene.effects;
+  model.springs_yield = springs_yield || scene.effects.plasticity;
+  model.threads = usefulThreads(scene.solver.threads, model);
+  if (scene.effects.contact) {
+    for (const ContactShape& shape : scene.effects.contact->shapes) {
+      model.shapes.emplace_back(shape);
+      model.start.effects.shapes.emplace_back(model.shapes.back().start());
+    }
+  }
+  const Effects effects = addEffects(model);
   SchemeChoice choice = chooseScheme(scene, model);
   model.solver = choice.options;
   model.scheme_reason = std::move(choice.reason);
-  addPattern(model);
+  addPattern(effects, model);
   return model;
 }
 
-Model withoutSprings(const Scene& scene, const Model& model, const std::vector<char>& gone) {
+Model withoutSprings(const Model& model, const std::vector<char>& gone) {
   const std::vector<Edge> lost = lostEdges(model.springs, gone);
   const auto losesEdge = [&](const std::array<std::uint32_t, 3>& corners) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -212,7 +222,11 @@ Model withoutSprings(const Scene& scene, const Model& model, const std::vector<c
   };
   Model torn;
   torn.masses = model.masses;
+  torn.shapes = model.shapes;
   torn.start = model.start;
+  torn.rate = model.rate;
+  torn.options = model.options;
+  torn.springs_yield = model.springs_yield;
   torn.limits = model.limits;
   torn.solver = model.solver;
   torn.scheme_reason = model.scheme_reason;
@@ -234,8 +248,7 @@ Model withoutSprings(const Scene& scene, const Model& model, const std::vector<c
     object.triangle_count = static_cast<std::uint32_t>(torn.triangles.size()) - triangles;
     torn.objects.push_back(std::move(object));
   }
-  addEffects(scene, torn);
-  addPattern(torn);
+  addPattern(addEffects(torn), torn);
   return torn;
 }
 

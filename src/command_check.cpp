@@ -6,7 +6,6 @@
 #include <sstream>
 #include <tuple>
 
-#include "effects/contact.h"
 #include "scene/tree_reader.h"
 
 namespace mass_spring {
@@ -234,24 +233,21 @@ CommandResult checkShape(const ShapeCommand& command, const Model& model, const 
     return refuse(Refusal::kBadValue, "duration: got ", command.duration,
                   " s, expected a number >= 0");
   }
-  if (const Shape* shape = model.contact ? model.contact->find(command.name) : nullptr) {
+  if (const auto index = model.findShape(command.name)) {
+    const Shape& shape = model.shapes[*index];
     const std::string what = "shape " + command.name;
-    const double way = (command.target.position - shape->start().position).stableNorm();
+    const double way = (command.target.position - shape.start().position).stableNorm();
     const CommandResult result = checkExtent("target", what, way, model.limits);
     if (!result.accepted()) return result;
-    const Pose from = shape->motion().at(state.time);
+    const Pose from = state.effects.shapes[*index].at(state.time);
     const RigidMotion motion(from, command.target, state.time, std::max(command.duration, step));
-    const double radius = shape->radius().value_or(
+    const double radius = shape.radius().value_or(
         (state.positions.colwise() - from.position).colwise().norm().maxCoeff());
     return checkSpeed("target", what, motion.velocity().norm() + radius * motion.spin().norm(),
                       model.limits);
   }
   std::string known;
-  if (model.contact) {
-    for (const Shape& shape : model.contact->shapes()) {
-      known += (known.empty() ? "" : ", ") + shape.name();
-    }
-  }
+  for (const Shape& shape : model.shapes) known += (known.empty() ? "" : ", ") + shape.name();
   return refuse(Refusal::kUnknownShape, "name: got '", command.name,
                 "', expected one of the shapes of contact: ", known.empty() ? "none" : known);
 }

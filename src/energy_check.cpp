@@ -24,25 +24,29 @@ constexpr double kRounding = std::numeric_limits<double>::epsilon();
 /// Whether an effect changes much over a short length, as contact does.
 bool collides(const Model& model) {
   return std::any_of(model.effects.begin(), model.effects.end(),
-                     [](const auto& effect) { return std::isfinite(effect->length()); });
+                     [](const auto& effect) { return std::isfinite(effect->traits().length); });
 }
 
 }  // namespace
 
-double powerOfEffects(const Model& model, const Vectors& positions, const Vectors& velocities) {
+double powerOfEffects(Workspace& workspace, const Point& point) {
   double power = 0.0;
-  for (const auto& effect : model.effects) power += effect->power(positions, velocities);
+  for (const Workspace::Part& part : workspace.parts()) {
+    if (part.driving) power += part.driving->power(point, part.scratch.get());
+  }
   return power;
 }
 
-double fedByTime(const Model& model, double time, double h, const Vectors& positions) {
+double fedByTime(Workspace& workspace, const Point& start, double h) {
   Energy now, then;
-  for (const auto& effect : model.effects) {
-    if (!effect->setTime(time)) continue;
-    effect->addEnergy(positions, now);
-    effect->setTime(time + h);
-    effect->addEnergy(positions, then);
-    effect->setTime(time);
+  const Point end{start.positions, start.velocities, start.time + h, start.effects};
+  for (const Workspace::Part& part : workspace.parts()) {
+    if (!part.driving || !part.driving->dependsOnTime(start)) continue;
+    Sums sums;
+    sums.energy = &now;
+    part.effect->add(start, part.scratch.get(), sums);
+    sums.energy = &then;
+    part.effect->add(end, part.scratch.get(), sums);
   }
   return then.total() - now.total();
 }
@@ -67,14 +71,15 @@ double RoundingNoise::energy(const Vectors& positions, double h, double sum) con
 // bodies part with what a step gained there, and no later step takes it back. It stays for the
 // other schemes, too: the implicit midpoint rule only reflects the stiffest motions (R(infinity) =
 // -1) and keeps what they gain.
-EnergyCheck::EnergyCheck(const Model& model, Scheme scheme)
-    : model_(model),
-      rounding_(model),
-      unheeded_(scheme == Scheme::kXpbd ? model.springs_effect : nullptr),
-      limits_steps_(unheeded_ == nullptr && (scheme != Scheme::kTrBdf2 || collides(model))),
-      tolerance_(limits_steps_ || unheeded_ ? kTotalTolerance : kSwingTolerance) {
+EnergyCheck::EnergyCheck(Workspace& workspace, Scheme scheme)
+    : workspace_(workspace),
+      rounding_(workspace.model()),
+      ignored_effect_(scheme == Scheme::kXpbd ? find<Springs>(workspace.model()) : nullptr),
+      limits_steps_(ignored_effect_ == nullptr &&
+                    (scheme != Scheme::kTrBdf2 || collides(workspace.model()))),
+      tolerance_(limits_steps_ || ignored_effect_ ? kTotalTolerance : kSwingTolerance) {
   for (Vectors* vectors : {&start_, &scratch_, &free_masses_}) {
-    vectors->setZero(3, model.particleCount());
+    vectors->setZero(3, workspace.model().particleCount());
   }
 }
 
@@ -82,73 +87,76 @@ const Vectors& EnergyCheck::freeMasses(const Drive& drive) {
   if (pinned_ == drive.pinned) return free_masses_;
   pinned_ = drive.pinned;
   for (Eigen::Index i = 0; i < free_masses_.cols(); ++i) {
-    free_masses_.col(i).setConstant(drive.isPinned(i) ? 0.0 : model_.masses[i]);
+    free_masses_.col(i).setConstant(drive.isPinned(i) ? 0.0 : workspace_.model().masses[i]);
   }
   return free_masses_;
 }
 
-Energy EnergyCheck::energyOfFree(const Vectors& positions, const Vectors& velocities,
-                                 const Drive& drive) {
+Energy EnergyCheck::energyOfFree(const Point& point, const Drive& drive) {
   Energy energy;
-  energy.kinetic = 0.5 * freeMasses(drive).cwiseProduct(velocities.cwiseAbs2()).sum();
-  for (const auto& effect : model_.effects) {
-    if (effect.get() != unheeded_) effect->addEnergy(positions, energy);
-  }
+  energy.kinetic = 0.5 * freeMasses(drive).cwiseProduct(point.velocities.cwiseAbs2()).sum();
+  addEnergy(workspace_, point, ignored_effect_, energy);
   return energy;
 }
 
-double EnergyCheck::pinPower(const State& state, const Drive& drive) {
-  sumForces(model_, nullptr, state.positions, state.velocities, scratch_);
+double EnergyCheck::energyOfIgnored(const Point& point) {
+  Energy energy;
+  Sums sums;
+  sums.energy = &energy;
+  for (const Workspace::Part& part : workspace_.parts()) {
+    if (part.effect == ignored_effect_) part.effect->add(point, part.scratch.get(), sums);
+  }
+  return energy.total();
+}
+
+double EnergyCheck::pinPower(const Point& point, const Drive& drive) {
+  sumForces(workspace_, nullptr, point, scratch_);
   double power = 0.0;
   for (Eigen::Index i = 0; i < scratch_.cols(); ++i) {
-    if (drive.isPinned(i)) power -= scratch_.col(i).dot(state.velocities.col(i));
+    if (drive.isPinned(i)) power -= scratch_.col(i).dot(point.velocities.col(i));
   }
   return power;
 }
 
 void EnergyCheck::start(double h, const State& state, const Drive& drive) {
   h_ = h;
-  setTime(model_, drive.time);
+  const Point start = drive.point(state.positions, state.velocities, 0.0);
   start_ = state.positions;
-  before_ = energyOfFree(state.positions, state.velocities, drive);
-  if (unheeded_ && restarted_) {
-    Energy held;
-    unheeded_->addEnergy(state.positions, held);
-    balance_ = -held.total();
+  before_ = energyOfFree(start, drive);
+  if (ignored_effect_ && restarted_) {
+    balance_ = -energyOfIgnored(start);
   }
   restarted_ = false;
-  fed_ = powerOfEffects(model_, state.positions, state.velocities);
+  fed_ = powerOfEffects(workspace_, start);
   power_ = 0.0;
   pins_move_ = false;
   for (Eigen::Index i = 0; i < start_.cols(); ++i) {
     pins_move_ = pins_move_ || (drive.isPinned(i) && !state.velocities.col(i).isZero(0.0));
   }
   if (!pins_move_) {
-    alone_ = fedByTime(model_, drive.time, h, start_);
+    prescribed_motion_work_ = fedByTime(workspace_, start, h);
     return;
   }
-  power_ = pinPower(state, drive);
+  power_ = pinPower(start, drive);
   scratch_ = start_;
   for (Eigen::Index i = 0; i < start_.cols(); ++i) {
     if (drive.isPinned(i)) scratch_.col(i) += h * state.velocities.col(i);
   }
-  setTime(model_, drive.time + h);
-  const Energy moved = energyOfFree(scratch_, state.velocities, drive);
-  alone_ = moved.total() - before_.total();
-  setTime(model_, drive.time);
+  const Energy moved = energyOfFree(drive.point(scratch_, state.velocities, h), drive);
+  prescribed_motion_work_ = moved.total() - before_.total();
 }
 
 bool EnergyCheck::gained(const State& end, const Drive& drive) {
-  setTime(model_, drive.time + h_);
-  const Energy after = energyOfFree(end.positions, end.velocities, drive);
-  double power = std::max(fed_, powerOfEffects(model_, end.positions, end.velocities));
+  const Point point = drive.point(end.positions, end.velocities, h_);
+  const Energy after = energyOfFree(point, drive);
+  double power = std::max(fed_, powerOfEffects(workspace_, point));
   if (power > 0.0) {
     // What swings within the step ends at any velocity: the way that it has come tells more.
     scratch_ = (end.positions - start_) / h_;
-    power = std::max(power, powerOfEffects(model_, end.positions, scratch_));
+    power = std::max(power, powerOfEffects(workspace_, drive.point(end.positions, scratch_, h_)));
   }
   // Shapes that move: by what they feed in, or by what they would if nothing gave way.
-  double work = pins_move_ ? h_ * power : std::max(h_ * power, alone_);
+  double work = pins_move_ ? h_ * power : std::max(h_ * power, prescribed_motion_work_);
   if (drive.loads) {
     for (Eigen::Index i = 0; i < start_.cols(); ++i) {
       if (drive.isPinned(i)) continue;
@@ -156,7 +164,7 @@ bool EnergyCheck::gained(const State& end, const Drive& drive) {
     }
   }
   if (pins_move_) {
-    work += std::max(alone_, 0.5 * h_ * (power_ + pinPower(end, drive)));
+    work += std::max(prescribed_motion_work_, 0.5 * h_ * (power_ + pinPower(point, drive)));
   }
   scale_ = before_.kinetic + before_.elastic + after.kinetic + after.elastic +
            std::abs(after.gravity - before_.gravity) + std::abs(work);
@@ -167,16 +175,17 @@ bool EnergyCheck::gained(const State& end, const Drive& drive) {
   noise_ = rounding_.energy(end.positions, h_, scale_ + std::abs(before_.gravity));
   // Losses of long ago are no excuse for a gain.
   const double reserve = kLongestMemory * std::max(scale_, 2.0 * reference_);
-  earlier_ = unheeded_ ? balance_ : std::max(balance_, -reserve);
+  earlier_ = ignored_effect_ ? balance_ : std::max(balance_, -reserve);
   const bool coarse =
       std::abs(after.gravity - before_.gravity) > kCoarse * std::max(moving_, reference_);
-  return !((!(limits_steps_ || coarse) || unheeded_ || gain_ <= kStepTolerance * scale_ + noise_) &&
+  return !((!(limits_steps_ || coarse) || ignored_effect_ ||
+            gain_ <= kStepTolerance * scale_ + noise_) &&
            earlier_ + gain_ <= tolerance_ * std::max(scale_, 2.0 * reference_) + noise_);
 }
 
 bool EnergyCheck::slowDown(State& end, const Drive& drive) {
   gained(end, drive);
-  const double excess = unheeded_ ? earlier_ + gain_ : gain_;
+  const double excess = ignored_effect_ ? earlier_ + gain_ : gain_;
   if (excess <= noise_) return true;
   if (!(excess <= kinetic_)) return false;
   const double share = std::sqrt(1.0 - excess / kinetic_);

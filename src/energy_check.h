@@ -1,16 +1,16 @@
 #pragma once
 
 #include "effects/effect.h"
-#include "mass_spring_sim/model.h"
 #include "schemes/drive.h"
 
 namespace mass_spring {
 
 /// What the effects may feed into the particles at most [W].
-double powerOfEffects(const Model& model, const Vectors& positions, const Vectors& velocities);
+double powerOfEffects(Workspace& workspace, const Point& point);
 
 /// What effects that depend on time feed in during a step of h [s] if no particle moves [J].
-double fedByTime(const Model& model, double time, double h, const Vectors& positions);
+/// @param start  where the step begins
+double fedByTime(Workspace& workspace, const Point& start, double h);
 
 /// The energy that rounding may add or hide.
 class RoundingNoise {
@@ -33,7 +33,7 @@ class EnergyCheck {
  public:
   /// @param scheme  that makes the steps. xpbd does not follow the energy of the springs: all that
   /// they held at restart(), and all that was lost since, may come back
-  EnergyCheck(const Model& model, Scheme scheme);
+  EnergyCheck(Workspace& workspace, Scheme scheme);
 
   /// @param h         s, the step
   /// @param state     before the step, pinned particles with the velocities they will have
@@ -53,13 +53,14 @@ class EnergyCheck {
  private:
   /// kg per coordinate, 0 for pinned particles.
   const Vectors& freeMasses(const Drive& drive);
-  Energy energyOfFree(const Vectors& positions, const Vectors& velocities, const Drive& drive);
+  Energy energyOfFree(const Point& point, const Drive& drive);
+  double energyOfIgnored(const Point& point);  ///< J
   /// What the pins do to the particles by moving [W].
-  double pinPower(const State& state, const Drive& drive);
+  double pinPower(const Point& point, const Drive& drive);
 
-  const Model& model_;
+  Workspace& workspace_;
   const RoundingNoise rounding_;
-  const Effect* unheeded_;   // the effect whose energy the scheme does not follow, or nullptr
+  const Effect* ignored_effect_;  // the effect whose energy the scheme does not follow, or nullptr
   const bool limits_steps_;  // whether there is a limit for each step, besides that for all steps
   const double tolerance_;   // share of the energies that all gains may be above all losses
   bool restarted_ = true;
@@ -73,7 +74,8 @@ class EnergyCheck {
   double kinetic_ = 0.0, moving_ = 0.0;            // J, after it; moving_: kinetic and elastic
   double h_ = 0.0;
   Energy before_;
-  double alone_ = 0.0;  // J, what pins and shapes would do if all others stayed where they are
+  double prescribed_motion_work_ =
+      0.0;              // J, of pins and shapes if all others stayed where they are
   double power_ = 0.0;  // W, of the pins at the start
   double fed_ = 0.0;    // W, what the effects may feed in at the start
   bool pins_move_ = false;

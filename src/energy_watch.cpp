@@ -29,8 +29,11 @@ double velocityShift(Scheme scheme, const SolverOptions& options) {
 
 }  // namespace
 
-EnergyWatch::EnergyWatch(const Model& model, Scheme scheme)
-    : model_(model), rounding_(model), shift_(velocityShift(scheme, model.solver)) {
+EnergyWatch::EnergyWatch(Workspace& workspace, Scheme scheme)
+    : workspace_(workspace),
+      rounding_(workspace.model()),
+      shift_(velocityShift(scheme, workspace.model().solver)) {
+  const Model& model = workspace.model();
   for (Vectors* vectors : {&free_masses_, &velocities_, &scratch_}) {
     vectors->setZero(3, model.particleCount());
   }
@@ -42,10 +45,10 @@ double EnergyWatch::kineticEnergy(const Vectors& velocities) const {
   return 0.5 * free_masses_.cwiseProduct(velocities.cwiseAbs2()).sum();
 }
 
-Energy EnergyWatch::energy(const Vectors& positions, const Vectors& velocities) const {
+Energy EnergyWatch::energy(const Point& point) {
   Energy energy;
-  energy.kinetic = kineticEnergy(velocities);
-  for (const auto& effect : model_.effects) effect->addEnergy(positions, energy);
+  energy.kinetic = kineticEnergy(point.velocities);
+  addEnergy(workspace_, point, nullptr, energy);
   return energy;
 }
 
@@ -57,35 +60,36 @@ void EnergyWatch::begin(const State& before, const Drive& drive) {
     balance_.given += kineticEnergy(before.velocities);
   }
   if (balance_.known) return;
-  setTime(model_, drive.time);
-  const Energy start = energy(before.positions, before.velocities);
+  const Point point = drive.point(before.positions, before.velocities, 0.0);
+  const Energy start = energy(point);
   balance_.known = true;
   balance_.steps_above = balance_.evaluations = 0;
   balance_.given = start.total();
   balance_.gravity = start.gravity;
   balance_.motion = start.kinetic + start.elastic;
-  balance_.power = powerOfEffects(model_, before.positions, before.velocities);
+  balance_.power = powerOfEffects(workspace_, point);
 }
 
 void EnergyWatch::setPinned(const std::vector<char>& pinned) {
   balance_.pinned = pinned;
   for (std::size_t i = 0; i < pinned.size(); ++i) {
     const auto particle = static_cast<Eigen::Index>(i);
-    free_masses_.col(particle).setConstant(pinned[i] ? 0.0 : model_.masses[particle]);
+    free_masses_.col(particle).setConstant(pinned[i] ? 0.0 : workspace_.model().masses[particle]);
   }
 }
 
 void EnergyWatch::addWork(const Step& step, const State& before, const State& end,
                           const Drive& drive) {
   balance_.given += step.pin_work;
-  double fed = fedByTime(model_, drive.time, step.h, before.positions);
-  setTime(model_, drive.time + step.h);
-  const double power = powerOfEffects(model_, end.positions, end.velocities);
+  double fed = fedByTime(workspace_, drive.point(before.positions, before.velocities, 0.0), step.h);
+  const double power =
+      powerOfEffects(workspace_, drive.point(end.positions, end.velocities, step.h));
   if (power > 0.0 || balance_.power > 0.0) {
     // What swings within the step ends at any velocity: the way that it has come tells more.
     scratch_ = (end.positions - before.positions) / step.h;
-    fed = std::max(fed, step.h * std::max({power, balance_.power,
-                                           powerOfEffects(model_, end.positions, scratch_)}));
+    const double on_the_way =
+        powerOfEffects(workspace_, drive.point(end.positions, scratch_, step.h));
+    fed = std::max(fed, step.h * std::max({power, balance_.power, on_the_way}));
   }
   balance_.power = power;
   balance_.given += std::max(fed, 0.0);
@@ -106,15 +110,15 @@ void EnergyWatch::compare(const Step& step, const State& end, const Drive& drive
   const Vectors* velocities = &end.velocities;
   if (shift_ != 0.0) {
     // Without the loads, which may end with this step: addWork() has their part.
-    sumForces(model_, nullptr, end.positions, end.velocities, scratch_);
+    sumForces(workspace_, nullptr, drive.point(end.positions, end.velocities, step.h), scratch_);
     for (Eigen::Index i = 0; i < scratch_.cols(); ++i) {
       velocities_.col(i) = end.velocities.col(i);
       if (drive.isPinned(i)) continue;
-      velocities_.col(i) += shift_ * step.substep / model_.masses[i] * scratch_.col(i);
+      velocities_.col(i) += shift_ * step.substep / workspace_.model().masses[i] * scratch_.col(i);
     }
     velocities = &velocities_;
   }
-  const Energy now = energy(end.positions, *velocities);
+  const Energy now = energy(drive.point(end.positions, *velocities, step.h));
   const double motion = now.kinetic + now.elastic + std::abs(now.gravity - balance_.gravity);
   const double noise =
       rounding_.energy(end.positions, step.substep, motion + std::abs(now.gravity));

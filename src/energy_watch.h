@@ -3,7 +3,6 @@
 #include <vector>
 
 #include "energy_check.h"
-#include "mass_spring_sim/model.h"
 #include "schemes/drive.h"
 
 namespace mass_spring {
@@ -24,7 +23,7 @@ class EnergyWatch {
   };
 
   /// @param scheme  an explicit one
-  EnergyWatch(const Model& model, Scheme scheme);
+  EnergyWatch(Workspace& workspace, Scheme scheme);
 
   /// A step has been taken.
   /// @param before, end  the states that it began and ended with
@@ -54,13 +53,13 @@ class EnergyWatch {
     std::vector<char> pinned;  // that this belongs to
   };
   double kineticEnergy(const Vectors& velocities) const;
-  Energy energy(const Vectors& positions, const Vectors& velocities) const;
+  Energy energy(const Point& point);
   void begin(const State& before, const Drive& drive);
   void setPinned(const std::vector<char>& pinned);
   void addWork(const Step& step, const State& before, const State& end, const Drive& drive);
   void compare(const Step& step, const State& end, const Drive& drive);
 
-  const Model& model_;
+  Workspace& workspace_;
   const RoundingNoise rounding_;
   const double shift_;  // of a sub-step: so much later the velocities are those of the positions
   Balance balance_, vouched_;  // the latter as it was after the last step that this vouched for

@@ -21,7 +21,7 @@ LocalSpectrum::LocalSpectrum(const Model& model)
   double bound = std::numeric_limits<double>::infinity();
   for (int iteration = 0; iteration < kPowerIterations; ++iteration) {
     weights_ = tried;
-    sumBlocks(model.start.positions);
+    sumBlocks(model.start.positions, {});
     for (std::size_t i = 0; i < stiffness_.size(); ++i) {
       next[static_cast<Eigen::Index>(i)] = eigenvalue(stiffness_, i, 0.0);
     }
@@ -38,8 +38,9 @@ LocalSpectrum::LocalSpectrum(const Model& model)
   weights_ = best;
 }
 
-SpectrumBounds LocalSpectrum::at(const Vectors& positions, const std::vector<char>& pinned) {
-  sumBlocks(positions);
+SpectrumBounds LocalSpectrum::at(const Vectors& positions, const std::vector<double>& rest_lengths,
+                                 const std::vector<char>& pinned) {
+  sumBlocks(positions, rest_lengths);
   double stiffest = 0.0, most_damped = 0.0;
   for (std::size_t i = 0; i < stiffness_.size(); ++i) {
     if (pinned[i]) continue;
@@ -49,7 +50,7 @@ SpectrumBounds LocalSpectrum::at(const Vectors& positions, const std::vector<cha
   return {std::sqrt(stiffest), most_damped};
 }
 
-void LocalSpectrum::sumBlocks(const Vectors& positions) {
+void LocalSpectrum::sumBlocks(const Vectors& positions, const std::vector<double>& rest_lengths) {
   Symmetric identity;
   identity << 1.0, 1.0, 1.0, 0.0, 0.0, 0.0;
   for (std::size_t i = 0; i < stiffness_.size(); ++i) {
@@ -66,7 +67,8 @@ void LocalSpectrum::sumBlocks(const Vectors& positions) {
       along /= square;
     }
     // Across the spring there is only what tension gives.
-    const double across = length > s.rest_length ? 1.0 - s.rest_length / length : 0.0;
+    const double rest = rest_lengths.empty() ? s.rest_length : rest_lengths[s.number];
+    const double across = length > rest ? 1.0 - rest / length : 0.0;
     const double at_i = 1.0 + weights_[s.j] / weights_[s.i];
     const double at_j = 1.0 + weights_[s.i] / weights_[s.j];
     const Symmetric block = s.stiffness * ((1.0 - across) * along + across * identity);

@@ -19,11 +19,13 @@ class LocalSpectrum {
  public:
   explicit LocalSpectrum(const Model& model);
   /// For small motions of the free particles about these positions.
-  SpectrumBounds at(const Vectors& positions, const std::vector<char>& pinned);
+  /// @param rest_lengths  m, by Spring::number; empty = as built
+  SpectrumBounds at(const Vectors& positions, const std::vector<double>& rest_lengths,
+                    const std::vector<char>& pinned);
 
  private:
   using Symmetric = Eigen::Array<double, 6, 1>;  // xx yy zz xy xz yz
-  void sumBlocks(const Vectors& positions);
+  void sumBlocks(const Vectors& positions, const std::vector<double>& rest_lengths);
   /// Of the block divided by the mass; 0 if that is sure to lie below `least`.
   double eigenvalue(const std::vector<Symmetric>& blocks, std::size_t particle, double least) const;
 

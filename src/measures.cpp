@@ -5,14 +5,28 @@
 
 #include "effects/contact.h"
 #include "effects/effect.h"
+#include "thread_pool.h"
 
 namespace mass_spring {
 
+namespace {
+
+Point pointAt(const State& state) {
+  return {state.positions, state.velocities, state.time, state.effects};
+}
+
+}  // namespace
+
 Energy energy(const Model& model, const State& state) {
+  Workspace workspace(model, std::make_shared<ThreadPool>(1));
+  return energy(workspace, state);
+}
+
+Energy energy(Workspace& workspace, const State& state) {
   Energy energy;
-  setTime(model, state.time);
-  energy.kinetic = 0.5 * state.velocities.colwise().squaredNorm().dot(model.masses.transpose());
-  for (const auto& effect : model.effects) effect->addEnergy(state.positions, energy);
+  energy.kinetic =
+      0.5 * state.velocities.colwise().squaredNorm().dot(workspace.model().masses.transpose());
+  addEnergy(workspace, pointAt(state), nullptr, energy);
   return energy;
 }
 
@@ -34,13 +48,12 @@ double strain(const Spring& spring, const Vectors& positions) {
   return (positions.col(spring.j) - positions.col(spring.i)).norm() / spring.rest_length - 1.0;
 }
 
-std::map<std::string, Wrench> pinWrenches(const Model& model, const State& state, const Pins& pins,
-                                          const Vectors* loads) {
+std::map<std::string, Wrench> pinWrenches(Workspace& workspace, const State& state,
+                                          const Pins& pins, const Vectors* loads) {
   std::map<std::string, Wrench> wrenches;
   if (pins.empty()) return wrenches;
   Vectors forces(3, state.positions.cols());
-  setTime(model, state.time);
-  sumForces(model, loads, state.positions, state.velocities, forces);
+  sumForces(workspace, loads, pointAt(state), forces);
   for (const auto& [name, pin] : pins.all()) {
     Wrench& wrench = wrenches[name];
     for (const std::uint32_t i : pin.particles) {
@@ -50,22 +63,25 @@ std::map<std::string, Wrench> pinWrenches(const Model& model, const State& state
   return wrenches;
 }
 
-std::map<std::string, Wrench> shapeWrenches(const Model& model, const State& state) {
+std::map<std::string, Wrench> shapeWrenches(Workspace& workspace, const State& state) {
   std::map<std::string, Wrench> wrenches;
-  if (model.contact == nullptr) return wrenches;
-  for (const Shape& shape : model.contact->shapes()) wrenches[shape.name()];
-  for (const Touch& touch : touches(model, state)) {
-    const Shape& shape = model.contact->shapes()[touch.shape];
-    wrenches[shape.name()].add(-touch.force,
-                               state.positions.col(touch.particle) - shape.pose().position);
+  const std::vector<Shape>& shapes = workspace.model().shapes;
+  for (const Shape& shape : shapes) wrenches[shape.name()];
+  for (const Touch& touch : touches(workspace, state)) {
+    const Eigen::Vector3d center = state.effects.shapes[touch.shape].at(state.time).position;
+    wrenches[shapes[touch.shape].name()].add(-touch.force,
+                                             state.positions.col(touch.particle) - center);
   }
   return wrenches;
 }
 
-std::vector<Touch> touches(const Model& model, const State& state) {
-  if (model.contact == nullptr) return {};
-  setTime(model, state.time);
-  return model.contact->touches(state.positions, state.velocities);
+std::vector<Touch> touches(Workspace& workspace, const State& state) {
+  for (const Workspace::Part& part : workspace.parts()) {
+    if (const auto* contact = dynamic_cast<const Contact*>(part.effect)) {
+      return contact->touches(pointAt(state), part.scratch.get());
+    }
+  }
+  return {};
 }
 
 std::optional<std::uint32_t> firstNotFinite(const State& state) {

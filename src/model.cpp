@@ -3,11 +3,10 @@
 #include <algorithm>
 
 #include "effects/effect.h"
-#include "thread_pool.h"
 
 namespace mass_spring {
 
-Model::Model() : threads(std::make_shared<ThreadPool>(1)) {}
+Model::Model() = default;
 Model::~Model() = default;
 Model::Model(Model&&) noexcept = default;
 Model& Model::operator=(Model&&) noexcept = default;
@@ -26,10 +25,17 @@ const ModelObject& Model::objectOf(std::uint32_t particle) const {
   return *(next - 1);
 }
 
+std::optional<std::size_t> Model::findShape(const std::string& name) const {
+  for (std::size_t s = 0; s < shapes.size(); ++s) {
+    if (shapes[s].name() == name) return s;
+  }
+  return std::nullopt;
+}
+
 std::vector<std::string> Model::effectNames() const {
   std::vector<std::string> names;
   for (const auto& effect : effects) {
-    for (const std::string& name : effect->names()) names.push_back(name);
+    for (const std::string& name : effect->traits().names) names.push_back(name);
   }
   names.insert(names.end(), spring_changes.begin(), spring_changes.end());
   return names;

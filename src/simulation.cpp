@@ -5,9 +5,7 @@
 #include <tuple>
 
 #include "command_check.h"
-#include "effects/contact.h"
 #include "effects/plasticity.h"
-#include "effects/springs.h"
 #include "effects/tearing.h"
 #include "loads.h"
 #include "stepper.h"
@@ -41,12 +39,15 @@ bool samePins(const std::vector<ScenePin>& a, const std::vector<ScenePin>& b) {
 }  // namespace
 
 Simulation::Simulation(Scene scene)
+    : Simulation(scene, std::make_shared<const Model>(buildModel(scene))) {}
+
+Simulation::Simulation(Scene scene, std::shared_ptr<const Model> model)
     : scene_(std::move(scene)),
-      whole_(std::make_shared<Model>(buildModel(scene_))),
+      whole_(std::move(model)),
       state_(whole_->start),
       pins_(whole_->particleCount()),
       loads_(std::make_unique<Loads>(whole_->particleCount())) {
-  if (scene_.effects.plasticity) rest_lengths_.reserve(whole_->springs.size());
+  if (whole_->springs_yield) state_.effects.rest_lengths.reserve(whole_->springs.size());
   take(whole_);
   restorePins();
 }
@@ -57,15 +58,19 @@ std::uint32_t Simulation::activeForces() const { return loads_->active(); }
 
 std::size_t Simulation::matrixNonzeros() const { return stepper_->matrixNonzeros(); }
 
+Energy Simulation::energy() const { return mass_spring::energy(stepper_->workspace(), state_); }
+
 std::map<std::string, Wrench> Simulation::pinWrenches() const {
-  return mass_spring::pinWrenches(*model_, state_, pins_, loads_->total());
+  return mass_spring::pinWrenches(stepper_->workspace(), state_, pins_, loads_->total());
 }
 
 std::map<std::string, Wrench> Simulation::shapeWrenches() const {
-  return mass_spring::shapeWrenches(*model_, state_);
+  return mass_spring::shapeWrenches(stepper_->workspace(), state_);
 }
 
-std::vector<Touch> Simulation::touches() const { return mass_spring::touches(*model_, state_); }
+std::vector<Touch> Simulation::touches() const {
+  return mass_spring::touches(stepper_->workspace(), state_);
+}
 
 CommandResult Simulation::apply(const Command& command) {
   return std::visit(
@@ -124,9 +129,9 @@ CommandResult Simulation::applyPin(const PinCommand& command) {
 CommandResult Simulation::applyShape(const ShapeCommand& command) {
   const CommandResult result = checkShape(command, *model_, state_, stepSize());
   if (!result.accepted()) return result;
-  Shape& shape = *model_->contact->find(command.name);
-  shape.move(RigidMotion(shape.motion().at(state_.time), command.target, state_.time,
-                         std::max(command.duration, stepSize())));
+  RigidMotion& motion = state_.effects.shapes[model_->findShape(command.name).value()];
+  motion = RigidMotion(motion.at(state_.time), command.target, state_.time,
+                       std::max(command.duration, stepSize()));
   return result;
 }
 
@@ -149,7 +154,10 @@ StepReport Simulation::step() {
     ++state_.step;
     state_.time = static_cast<double>(state_.step) / scene_.rate;
     loads_->advance();
-    if (scene_.effects.plasticity) yield();
+    if (const auto& plasticity = scene_.effects.plasticity) {
+      creep(*plasticity, stepSize(), model_->springs, whole_->springs.size(), state_.positions,
+            state_.effects.rest_lengths);
+    }
     const bool good = stepper_->mayExplode() && stepper_->vouches();
     if (scene_.effects.tearing) report.broken_springs = tear();
     if (good) keep();
@@ -169,30 +177,26 @@ void Simulation::startOver() {
 void Simulation::keep() {
   if (!kept_) {
     kept_.emplace();
-    kept_->rest_lengths.reserve(rest_lengths_.capacity());
+    kept_->effects.rest_lengths.reserve(state_.effects.rest_lengths.capacity());
   }
-  kept_->state = state_;
-  kept_->broken = broken_;
-  kept_->rest_lengths = rest_lengths_;
+  *kept_ = state_;
 }
 
 void Simulation::goBack() {
-  if (broken_ != kept_->broken) breakSprings(kept_->broken);
-  rest_lengths_ = kept_->rest_lengths;
-  applyRestLengths();
-  state_ = kept_->state;
+  const bool torn = state_.effects.broken != kept_->effects.broken;
+  state_ = *kept_;
+  if (torn) fitModel();
   stepper_->goBack();
 }
 
-void Simulation::breakSprings(const std::vector<char>& broken) {
-  broken_ = broken;
-  take(broken_.empty() ? whole_
-                       : std::make_shared<Model>(withoutSprings(scene_, *whole_, broken_)));
+void Simulation::fitModel() {
+  const std::vector<char>& broken = state_.effects.broken;
+  take(broken.empty() ? whole_ : std::make_shared<Model>(withoutSprings(*whole_, broken)));
 }
 
 void Simulation::take(std::shared_ptr<const Model> model) {
-  if (model_ && model_->contact) model->contact->continueFrom(*model_->contact);
-  auto stepper = std::make_unique<Stepper>(*model, model->solver);
+  auto stepper = std::make_unique<Stepper>(
+      *model, model->solver, stepper_ ? stepper_->workspace().sharedThreads() : nullptr);
   if (stepper_) stepper->continueFrom(*stepper_);
   stepper_ = std::move(stepper);
   model_ = std::move(model);
@@ -202,28 +206,13 @@ std::uint32_t Simulation::tear() {
   const std::vector<char> breaking =
       findBreaking(*scene_.effects.tearing, *model_, state_.positions);
   if (breaking.empty()) return 0;
-  // The springs of the model are those of the whole that are not broken, in the same order.
-  broken_.resize(whole_->springs.size(), 0);
-  auto next = breaking.begin();
-  for (char& broken : broken_) {
-    if (!broken) broken = *next++;
+  std::vector<char>& broken = state_.effects.broken;
+  broken.resize(whole_->springs.size(), 0);
+  for (std::size_t s = 0; s < breaking.size(); ++s) {
+    if (breaking[s]) broken[model_->springs[s].number] = 1;
   }
-  keepIfNot(breaking, rest_lengths_);
-  take(std::make_shared<Model>(withoutSprings(scene_, *model_, breaking)));
-  applyRestLengths();
+  fitModel();
   return static_cast<std::uint32_t>(std::count(breaking.begin(), breaking.end(), 1));
-}
-
-void Simulation::yield() {
-  if (creep(*scene_.effects.plasticity, stepSize(), model_->springs, state_.positions,
-            rest_lengths_)) {
-    applyRestLengths();
-  }
-}
-
-void Simulation::applyRestLengths() {
-  if (model_->springs_effect == nullptr) return;
-  model_->springs_effect->setRestLengths(model_->springs, rest_lengths_);
 }
 
 bool Simulation::timelineDue(double steps) const {
@@ -237,16 +226,26 @@ bool Simulation::continueFrom(const Simulation& other) {
       !sameObjects(*whole_, *other.whole_)) {
     return false;
   }
-  if (broken_ != other.broken_) breakSprings(other.broken_);
-  rest_lengths_ = other.rest_lengths_;
-  applyRestLengths();
-  state_ = other.state_;
+  const State& state = other.state_;
+  const bool yielded = !state.effects.rest_lengths.empty() && !whole_->springs_yield;
+  // Without plasticity, springs keep the lengths to which they have crept.
+  if (yielded) whole_ = std::make_shared<Model>(buildModel(scene_, true));
+  const bool torn = state_.effects.broken != state.effects.broken;
+  std::vector<RigidMotion> shapes = std::move(state_.effects.shapes);
+  state_ = state;
+  // Shapes go on as those of the other simulation that start where they do, and have their names.
+  for (std::size_t s = 0; s < shapes.size(); ++s) {
+    const std::vector<Shape>& others = other.whole_->shapes;
+    const auto same = std::find(others.begin(), others.end(), whole_->shapes[s]);
+    if (same != others.end()) {
+      shapes[s] = state.effects.shapes[static_cast<std::size_t>(same - others.begin())];
+    }
+  }
+  state_.effects.shapes = std::move(shapes);
+  if (yielded || torn) fitModel();
   pins_ = other.pins_;
   totals_ = other.totals_;
   *loads_ = *other.loads_;
-  if (model_->contact && other.model_->contact) {
-    model_->contact->continueFrom(*other.model_->contact);
-  }
   startOver();
   timeline_steps_ = other.timeline_steps_;
   for (next_timed_command_ = 0; timelineDue(timeline_steps_);) ++next_timed_command_;
@@ -255,14 +254,10 @@ bool Simulation::continueFrom(const Simulation& other) {
 
 void Simulation::reset() {
   if (model_ != whole_) take(whole_);
-  broken_.clear();
-  rest_lengths_.clear();
-  applyRestLengths();
-  state_ = model_->start;
+  state_ = whole_->start;
   totals_ = StepTotals();
   next_timed_command_ = 0;
   timeline_steps_ = -1.0;
-  if (model_->contact) model_->contact->reset();
   startOver();
   clearForces();
   restorePins();

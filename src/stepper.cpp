@@ -50,19 +50,20 @@ std::optional<std::string> findBeyondLimits(const Model& model, const State& sta
 
 }  // namespace
 
-Stepper::Stepper(const Model& model, const SolverOptions& options)
-    : model_(model), options_(options), work_(model.start) {
+Stepper::Stepper(const Model& model, const SolverOptions& options,
+                 std::shared_ptr<ThreadPool> threads)
+    : model_(model), workspace_(model, std::move(threads)), options_(options), work_(model.start) {
   if (options.scheme == Scheme::kXpbd) {
-    xpbd_.emplace(model, options);
+    xpbd_.emplace(workspace_, options);
   } else if (info(options.scheme).implicit) {
-    implicit_.emplace(model, options);
+    implicit_.emplace(workspace_, options);
   } else {
-    explicit_.emplace(model, options.scheme);
+    explicit_.emplace(workspace_, options.scheme);
   }
   if (explicit_) {
-    watch_.emplace(model, options.scheme);
+    watch_.emplace(workspace_, options.scheme);
   } else {
-    energy_.emplace(model, options.scheme);
+    energy_.emplace(workspace_, options.scheme);
   }
   if (options.accuracy) {
     // The embedded formulas are of order 2 (rk4: 3), and so is the estimate per unit of time.
@@ -91,8 +92,8 @@ void Stepper::begin(double h, const Drive& drive, const State& state, StepReport
 
 Stepper::Outcome Stepper::advance(Scheme scheme, double substep, double from, double to, double h,
                                   const Drive& drive, const State& state, StepReport& report) {
-  const Drive then{drive.pinned, drive.loads, drive.time + from * h};
-  beginSubstep(model_, work_.positions, work_.velocities, substep);
+  const Drive then{drive.pinned, drive.loads, drive.effects, drive.time + from * h};
+  beginSubstep(workspace_, work_.positions, work_.velocities, substep);
   const SubstepReport sub = explicit_ ? explicit_->advance(substep, then, work_)
                             : xpbd_   ? xpbd_->advance(substep, then, work_)
                             : isRosenbrock(scheme)
@@ -111,7 +112,7 @@ Stepper::Outcome Stepper::conclude(const SubstepReport& sub, double to, const Dr
   report.projected_springs += sub.projected_springs;
   report.residual = std::max(report.residual, sub.residual);
   substep_error_ = sub.estimated_error;
-  const bool passed = endSubstep(model_, work_.positions);
+  const bool passed = endSubstep(workspace_, work_.positions);
   if (!withinLimits()) return Outcome::kBeyondLimits;
   // Pinned particles move evenly from where they are to where the step ends.
   for (Eigen::Index i = 0; i < work_.positions.cols(); ++i) {
@@ -148,7 +149,7 @@ Stepper::Outcome Stepper::attemptSafely(int substeps, double h, const Drive& dri
   report.estimated_error = -1.0;
   Outcome outcome = Outcome::kConverged;
   for (int s = 0; s < substeps; ++s) {
-    const Drive then{drive.pinned, drive.loads, drive.time + s * h / substeps};
+    const Drive then{drive.pinned, drive.loads, drive.effects, drive.time + s * h / substeps};
     energy_->start(h / substeps, work_, then);
     const Outcome one = advance(report.scheme, h / substeps, static_cast<double>(s) / substeps,
                                 static_cast<double>(s + 1) / substeps, h, drive, state, report);
@@ -195,11 +196,12 @@ Stepper::Outcome Stepper::attemptAccurately(double h, const Drive& drive, const 
 Stepper::Outcome Stepper::attemptVerlet(double h, const Drive& drive, const State& state,
                                         StepReport& report) {
   const double stable =
-      kStableShare * stableVerletStep(spectrum_->at(state.positions, drive.pinned));
+      kStableShare *
+      stableVerletStep(spectrum_->at(state.positions, state.effects.rest_lengths, drive.pinned));
   const double least = std::clamp(std::ceil(h / stable), 1.0 * options_.substeps, kMostStable);
   for (;;) {
     begin(h, drive, state, report);
-    beginSubstep(model_, work_.positions, work_.velocities, h);
+    beginSubstep(workspace_, work_.positions, work_.velocities, h);
     const int substeps = static_cast<int>(least) << control_->level();
     const SubstepReport sub = explicit_->advanceVerlet(substeps, h, drive, work_);
     report.substeps += static_cast<std::uint32_t>(substeps);
@@ -244,7 +246,7 @@ Stepper::Outcome Stepper::attemptWithin(double h, const Drive& drive, const Stat
 StepReport Stepper::step(double h, const Pins& pins, const Vectors* loads, State& state) {
   StepReport report;
   if (budget_) budget_->start();
-  const Drive drive{pins.mask(), loads, state.time};
+  const Drive drive{pins.mask(), loads, state.effects, state.time};
   pins.prescribe(pin_ends_);
   for (Eigen::Index i = 0; i < pin_ends_.cols(); ++i) {
     if (drive.isPinned(i)) pin_velocities_.col(i) = (pin_ends_.col(i) - state.positions.col(i)) / h;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -30,7 +31,9 @@ namespace mass_spring {
 class Stepper {
  public:
   /// @param options  with a scheme that is not auto
-  Stepper(const Model& model, const SolverOptions& options);
+  /// @param threads  of another stepper that is no longer used; nullptr = its own
+  Stepper(const Model& model, const SolverOptions& options,
+          std::shared_ptr<ThreadPool> threads = nullptr);
 
   /// @param h     s, the whole step
   /// @param pins  their targets are reached at the end of the step
@@ -48,6 +51,8 @@ class Stepper {
   /// Goes on from another stepper, of a model of the same particles: with what that knew of the
   /// energy.
   void continueFrom(const Stepper& other);
+  /// Not while it steps.
+  Workspace& workspace() { return workspace_; }
   std::size_t matrixNonzeros() const { return implicit_ ? implicit_->system.nonzeros() : 0; }
 
  private:
@@ -57,10 +62,10 @@ class Stepper {
   }
   /// What implicit schemes need, all on one step matrix.
   struct Implicit {
-    Implicit(const Model& model, const SolverOptions& options)
-        : system(model, options), stages(model, options, system) {
+    Implicit(Workspace& workspace, const SolverOptions& options)
+        : system(workspace, options), stages(workspace, options, system) {
       if (isRosenbrock(options.scheme) || options.budget) {
-        rosenbrock.emplace(model, options, system);
+        rosenbrock.emplace(workspace, options, system);
       }
     }
     StepSystem system;
@@ -91,6 +96,7 @@ class Stepper {
   std::string whyFailed() const;
 
   const Model& model_;
+  Workspace workspace_;
   SolverOptions options_;
   std::optional<ExplicitScheme> explicit_;
   std::optional<Implicit> implicit_;

@@ -6,6 +6,7 @@
 #include "local_spectrum.h"
 #include "mass_spring_sim/measures.h"
 #include "mass_spring_sim/simulation.h"
+#include "probe.h"
 #include "problems.h"
 #include "sanitizers.h"
 #include "scheme_choice.h"
@@ -216,12 +217,40 @@ TEST(SchemeChoice, BoundsTheSpectrum) {
     EXPECT_LT(bounds.frequency, 2.0 * std::sqrt(largest(k)));
     // With the directions of the springs known, what is left is that bounds add up over springs.
     const SpectrumBounds local =
-        LocalSpectrum(model).at(model.start.positions, std::vector<char>(25, 0));
+        LocalSpectrum(model).at(model.start.positions, {}, std::vector<char>(25, 0));
     EXPECT_GE(local.frequency, std::sqrt(largest(k)));
     EXPECT_GE(local.damping, largest(d));
     EXPECT_LT(local.frequency, 1.5 * std::sqrt(largest(k)));
     EXPECT_LT(local.frequency, bounds.frequency);
   }
+}
+
+// Springs that have crept to shorter rest lengths are tense, and so are stiff across their
+// direction, too. With the rest lengths as built, the bound is too low.
+TEST(LocalSpectrum, HoldsForTheRestLengthsThatSpringsHaveCreptTo) {
+  const Scene scene = netScene(randomNet(25, 1e3, 1.0, 1), Scheme::kSymplecticEuler, 60.0);
+  const Model model = buildModel(scene, true);
+  EffectState crept;
+  for (const Spring& s : model.springs) crept.rest_lengths.push_back(0.2 * s.rest_length);
+  const Vectors& x = model.start.positions;
+  const Eigen::Index n = x.size();
+  Eigen::MatrixXd k(n, n);
+  Probe springs(*model.effects.front(), crept);
+  for (Eigen::Index c = 0; c < n; ++c) {
+    Vectors unit = Vectors::Zero(3, x.cols()), change = unit;
+    unit.data()[c] = 1.0;
+    springs.addForceDerivative(x, 0.0 * x, unit, 0.0 * x, change);
+    k.col(c) = -Eigen::Map<Eigen::VectorXd>(change.data(), n);
+  }
+  Eigen::VectorXd root(n);
+  for (Eigen::Index i = 0; i < n; ++i) root[i] = 1.0 / std::sqrt(model.masses[i / 3]);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(root.asDiagonal() * k *
+                                                              root.asDiagonal());
+  const double frequency = std::sqrt(solver.eigenvalues().maxCoeff());
+  const std::vector<char> free(25, 0);
+  LocalSpectrum spectrum(model);
+  EXPECT_GE(spectrum.at(x, crept.rest_lengths, free).frequency, frequency);
+  EXPECT_LT(spectrum.at(x, {}, free).frequency, frequency);
 }
 
 // Just inside its bound a scheme is stable; an energy that has grown tenfold has left it.

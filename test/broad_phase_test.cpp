@@ -52,7 +52,8 @@ TEST(BroadPhase, MissesNothingThatIsNear) {
   const CollisionElements elements(model);
   const std::vector<ElementPair> all = pairsOneByOne(elements);
   const Eigen::Index n = model.start.positions.cols();
-  BroadPhase broad(elements, kNear, *model.threads);
+  ThreadPool alone(1);
+  BroadPhase broad(elements, kNear, alone);
   std::mt19937 random(3);
   std::uniform_real_distribution<double> share(0.0, 1.0);
   int near = 0, far = 0;
@@ -86,9 +87,9 @@ TEST(BroadPhase, MissesNothingThatIsNear) {
 
 TEST(BroadPhase, ThreadsFindTheSameInTheSameOrder) {
   const Model model = heapOfThings();
-  ThreadPool helpers(3);
-  BroadPhase alone(CollisionElements(model), kNear, *model.threads);
-  BroadPhase shared(CollisionElements(model), kNear, helpers);
+  const CollisionElements elements(model);
+  ThreadPool nobody(1), helpers(3);
+  BroadPhase alone(elements, kNear, nobody), shared(elements, kNear, helpers);
   std::mt19937 random(4);
   for (int trial = 0; trial < 10; ++trial) {
     const Vectors from = scattered(random, model.start.positions.cols(), 0.3);

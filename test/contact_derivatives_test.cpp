@@ -6,6 +6,7 @@
 
 #include "effects/contact.h"
 #include "mass_spring_sim/measures.h"
+#include "probe.h"
 #include "solvers/block_pattern.h"
 #include "solvers/step_matrix.h"
 
@@ -20,6 +21,17 @@ std::vector<ContactShape> everyShape() {
           {"sphere", Sphere{{0.2, -0.1, 0.3}, 0.35}}};
 }
 
+/// Where it starts.
+class AtStart {
+ public:
+  explicit AtStart(const ContactShape& options) : shape_(options), rest_(shape_.start()) {}
+  PlacedShape operator*() const { return PlacedShape(shape_, rest_, 0.0); }
+
+ private:
+  Shape shape_;
+  RigidMotion rest_;
+};
+
 TEST(Shape, PlanesAndCapsulesTurnAnyWay) {
   for (const Eigen::Vector3d& towards :
        {Eigen::Vector3d(0.0, 0.0, 2.0), Eigen::Vector3d(0.0, 0.0, -2.0),
@@ -27,12 +39,12 @@ TEST(Shape, PlanesAndCapsulesTurnAnyWay) {
         Eigen::Vector3d(0.0, -3.0, -0.0), Eigen::Vector3d(-1.0, 2.0, -1e-3),
         Eigen::Vector3d(-1.0, 2.0, 3.0), Eigen::Vector3d(0.3, 0.2, -0.1)}) {
     const Eigen::Vector3d n = towards.normalized();
-    const Shape plane({"plane", Plane{{0.0, 0.0, 0.0}, towards}});
-    const Shape capsule({"capsule", Capsule{{0.0, 0.0, 0.0}, n, 0.1}});
+    const AtStart plane({"plane", Plane{{0.0, 0.0, 0.0}, towards}});
+    const AtStart capsule({"capsule", Capsule{{0.0, 0.0, 0.0}, n, 0.1}});
     // Round-off of numbers of size 1.
-    EXPECT_LT((plane.at({0.1, 0.2, 0.3}).normal - n).norm(), 1e-15) << towards.transpose();
-    EXPECT_NEAR(capsule.distance(1.5 * n), 0.4, 1e-15) << towards.transpose();
-    EXPECT_NEAR(capsule.distance(-0.5 * n), 0.4, 1e-15) << towards.transpose();
+    EXPECT_LT(((*plane).at({0.1, 0.2, 0.3}).normal - n).norm(), 1e-15) << towards.transpose();
+    EXPECT_NEAR((*capsule).distance(1.5 * n), 0.4, 1e-15) << towards.transpose();
+    EXPECT_NEAR((*capsule).distance(-0.5 * n), 0.4, 1e-15) << towards.transpose();
   }
 }
 
@@ -41,7 +53,8 @@ TEST(Shape, DistanceNormalAndCurvatureAreDerivativesOfEachOther) {
   std::uniform_real_distribution<double> place(-0.6, 0.6);
   constexpr double kStep = 1e-5;
   for (const ContactShape& options : everyShape()) {
-    const Shape shape(options);
+    const AtStart start(options);
+    const PlacedShape shape = *start;
     int compared = 0;
     for (int trial = 0; trial < 300; ++trial) {
       const Eigen::Vector3d x(place(random), place(random), place(random));
@@ -73,7 +86,8 @@ TEST(Shape, DistanceNormalAndCurvatureAreDerivativesOfEachOther) {
 
 // Outside a box the nearest place moves continuously round edges and corners: so does the normal.
 TEST(Shape, NormalsTurnRoundTheEdgesOfABoxWithoutAJump) {
-  const Shape box({"box", Box{{0.0, 0.0, 0.0}, {0.2, 0.2, 0.2}, {0.0, 0.0, 0.0}}});
+  const AtStart start({"box", Box{{0.0, 0.0, 0.0}, {0.2, 0.2, 0.2}, {0.0, 0.0, 0.0}}});
+  const PlacedShape box = *start;
   Eigen::Vector3d before = box.at({0.11, -0.2, 0.0}).normal;
   double turned = 0.0;
   for (int step = 1; step <= 4000; ++step) {
@@ -93,7 +107,7 @@ TEST(Shape, NormalsTurnRoundTheEdgesOfABoxWithoutAJump) {
 struct Cloud {
   Vectors x, v, dx, dv;
 };
-Cloud cloud(const Contact& contact, double thickness) {
+Cloud cloud(double thickness) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> number(-0.6, 0.6);
   std::vector<Eigen::Vector3d> kept;
@@ -101,10 +115,10 @@ Cloud cloud(const Contact& contact, double thickness) {
     const Eigen::Vector3d x(number(random), number(random), number(random));
     // Not so near to where contact begins, or inside a box, that differences would see a kink.
     bool kinked = false, touches = false;
-    for (const Shape& shape : contact.shapes()) {
-      const double distance = shape.distance(x);
+    for (const ContactShape& shape : everyShape()) {
+      const double distance = (*AtStart(shape)).distance(x);
       kinked = kinked || std::abs(distance - thickness) < 1e-3 ||
-               (shape.name() == "box" && distance < 1e-3);
+               (shape.name == "box" && distance < 1e-3);
       touches = touches || distance < thickness;
     }
     if (touches && !kinked) kept.push_back(x);
@@ -131,25 +145,39 @@ ContactOptions rubbing() {
   return options;
 }
 
-/// Its shapes are where they start, but move and turn.
-Contact movingContact(const ContactOptions& options) {
-  Contact contact(options, Eigen::VectorXd::Constant(60, 0.1));
-  for (const ContactShape& shape : options.shapes) {
-    Shape& body = *contact.find(shape.name);
-    Pose target = body.pose();
+Contact contactOf(const ContactOptions& options) {
+  std::vector<Shape> shapes;
+  for (const ContactShape& shape : options.shapes) shapes.emplace_back(shape);
+  return Contact(options, std::move(shapes), Eigen::VectorXd::Constant(60, 0.1));
+}
+
+/// Its shapes are where they start.
+Probe resting(const Contact& contact, const ContactOptions& options) {
+  EffectState state;
+  for (const ContactShape& shape : options.shapes) state.shapes.emplace_back(Shape(shape).start());
+  return Probe(contact, state);
+}
+
+/// There, too, but they move and turn.
+Probe moving(const Contact& contact, const ContactOptions& options) {
+  Probe probe = resting(contact, options);
+  for (RigidMotion& motion : probe.effects.shapes) {
+    const Pose start = motion.at(0.0);
+    Pose target = start;
     target.position += Eigen::Vector3d(0.3, -0.2, 0.1);
     target.orientation =
         Eigen::AngleAxisd(0.5, Eigen::Vector3d(1, 2, 2) / 3.0) * target.orientation;
-    body.move(RigidMotion(body.pose(), target, 0.0, 1.0));
+    motion = RigidMotion(start, target, 0.0, 1.0);
   }
-  EXPECT_TRUE(contact.setTime(0.0));
-  return contact;
+  EXPECT_TRUE(probe.dependsOnTime(Vectors::Zero(3, 60)));
+  return probe;
 }
 
 TEST(Contact, ForcesAreDerivativesOfEnergyAndOfThePotentialOfFriction) {
   const ContactOptions options = rubbing();
-  const Contact contact = movingContact(options);
-  const Cloud c = cloud(contact, options.thickness);
+  const Contact effect = contactOf(options);
+  Probe contact = moving(effect, options);
+  const Cloud c = cloud(options.thickness);
   Vectors forces = Vectors::Zero(3, 60);
   contact.addForces(c.x, c.v, forces);
   constexpr double kStep = 1e-6;
@@ -175,8 +203,9 @@ TEST(Contact, ForcesAreDerivativesOfEnergyAndOfThePotentialOfFriction) {
 
 TEST(Contact, ForceDerivativeIsExact) {
   const ContactOptions options = rubbing();
-  const Contact contact = movingContact(options);
-  const Cloud c = cloud(contact, options.thickness);
+  const Contact effect = contactOf(options);
+  Probe contact = moving(effect, options);
+  const Cloud c = cloud(options.thickness);
   constexpr double kStep = 1e-7;
   for (const double in_time : {0.0, 1.0}) {
     Vectors df = Vectors::Zero(3, 60), plus = df, minus = df;
@@ -193,8 +222,9 @@ TEST(Contact, ForceDerivativeIsExact) {
 // symmetric; projected, its blocks are positive semidefinite.
 TEST(Contact, MatrixIsTheDerivativeAndDefiniteWhereProjected) {
   const ContactOptions options = rubbing();
-  const Contact contact(options, Eigen::VectorXd::Constant(60, 0.1));
-  const Cloud c = cloud(contact, options.thickness);
+  const Contact effect = contactOf(options);
+  Probe contact = resting(effect, options);
+  const Cloud c = cloud(options.thickness);
   const auto matrix = [&](const Vectors& v, MatrixWeights weights, Projection projection) {
     StepMatrix matrix(std::make_shared<BlockPattern>(60, PatternBuilder()));
     matrix.setMasses(0.0, Eigen::VectorXd::Ones(60));

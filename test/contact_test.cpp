@@ -149,7 +149,7 @@ TEST_P(DrapedCloth, LiesOnASphereAndOnABox) {
        {ContactShape{"ball", Sphere{{0.01, 0.02, 0.3}, 0.2}},
         ContactShape{"table", Box{{0.0, 0.0, 0.4}, {0.3, 0.3, 0.1}, {0.0, 0.0, 0.2}}}}) {
     Simulation simulation(drapedCloth(GetParam(), {shape}));
-    const Shape body(shape);
+    const PlacedShape body(simulation.model().shapes[0], simulation.state().effects.shapes[0], 0.0);
     double deepest = 0.0;
     for (int step = 0; step < 240; ++step) {
       ASSERT_NE(simulation.step().status, StepStatus::kFailed);

@@ -5,6 +5,7 @@
 #include "effects/gravity.h"
 #include "effects/springs.h"
 #include "mass_spring_sim/model.h"
+#include "probe.h"
 #include "problems.h"
 #include "solvers/step_matrix.h"
 
@@ -31,7 +32,7 @@ Model netModel(double slack) {
 }
 
 template <typename EffectType>
-const Effect& find(const Model& model) {
+const Effect& effectOf(const Model& model) {
   for (const auto& effect : model.effects) {
     if (dynamic_cast<const EffectType*>(effect.get())) return *effect;
   }
@@ -43,13 +44,13 @@ Vectors still(const Model& model) { return Vectors::Zero(3, model.particleCount(
 
 Vectors forces(const Effect& effect, const Vectors& x, const Vectors& v) {
   Vectors f = Vectors::Zero(3, x.cols());
-  effect.addForces(x, v, f);
+  Probe(effect).addForces(x, v, f);
   return f;
 }
 
 double potential(const Effect& effect, const Vectors& x) {
   Energy energy;
-  effect.addEnergy(x, energy);
+  Probe(effect).addEnergy(x, energy);
   return energy.total();
 }
 
@@ -70,8 +71,8 @@ Eigen::MatrixXd toDense(const StepMatrix& matrix) {
 Eigen::MatrixXd derivative(const Effect& effect, const Model& model, MatrixWeights weights) {
   StepMatrix matrix(model.pattern);
   matrix.setMasses(0.0, model.masses);
-  EXPECT_EQ(effect.addDerivatives(model.start.positions, model.start.velocities, weights,
-                                  Projection::kNone, matrix),
+  EXPECT_EQ(Probe(effect).addDerivatives(model.start.positions, model.start.velocities, weights,
+                                         Projection::kNone, matrix),
             0u);
   return toDense(matrix);
 }
@@ -92,7 +93,7 @@ Eigen::MatrixXd differences(const Vectors& at, ForceAt force_at) {
 
 TEST(Derivatives, SpringForceIsTheGradientOfItsEnergy) {
   const Model model = netModel(0.7);
-  const Effect& springs = find<Springs>(model);
+  const Effect& springs = effectOf<Springs>(model);
   const Vectors f = forces(springs, model.start.positions, still(model));
   ASSERT_GT(f.norm(), 1.0);
   for (Eigen::Index c = 0; c < f.size(); ++c) {
@@ -106,7 +107,7 @@ TEST(Derivatives, SpringForceIsTheGradientOfItsEnergy) {
 
 TEST(Derivatives, GravityForceIsTheGradientOfItsEnergy) {
   const Model model = netModel(1.0);
-  const Effect& gravity = find<Gravity>(model);
+  const Effect& gravity = effectOf<Gravity>(model);
   const Vectors f = forces(gravity, model.start.positions, model.start.velocities);
   ASSERT_GT(f.norm(), 0.1);
   for (Eigen::Index c = 0; c < f.size(); ++c) {
@@ -119,7 +120,7 @@ TEST(Derivatives, GravityForceIsTheGradientOfItsEnergy) {
 
 TEST(Derivatives, StiffnessMatrixOfSpringsInTension) {
   const Model model = netModel(0.7);
-  const Effect& springs = find<Springs>(model);
+  const Effect& springs = effectOf<Springs>(model);
   const Eigen::MatrixXd k = derivative(springs, model, {0.0, 0.0, 1.0});
   ASSERT_GT(k.norm(), kStiffness);
   const Eigen::MatrixXd expected = differences(
@@ -129,7 +130,7 @@ TEST(Derivatives, StiffnessMatrixOfSpringsInTension) {
 
 TEST(Derivatives, StiffnessMatrixOfSpringsInCompression) {
   const Model model = netModel(1.4);
-  const Effect& springs = find<Springs>(model);
+  const Effect& springs = effectOf<Springs>(model);
   const Eigen::MatrixXd k = derivative(springs, model, {0.0, 0.0, 1.0});
   const Eigen::MatrixXd expected = differences(
       model.start.positions, [&](const Vectors& x) { return forces(springs, x, still(model)); });
@@ -140,7 +141,7 @@ TEST(Derivatives, StiffnessMatrixOfSpringsInCompression) {
 
 TEST(Derivatives, DampingMatrix) {
   const Model model = netModel(0.7);
-  const Effect& springs = find<Springs>(model);
+  const Effect& springs = effectOf<Springs>(model);
   const Eigen::MatrixXd d = derivative(springs, model, {0.0, 1.0, 0.0});
   ASSERT_GT(d.norm(), 1.0);
   const Eigen::MatrixXd expected = differences(model.start.velocities, [&](const Vectors& v) {
@@ -157,13 +158,13 @@ void expectForceDerivative(const Model& model, const Vectors& dx, const Vectors&
   const Vectors& v = model.start.velocities;
   for (const auto& effect : model.effects) {
     Vectors df = Vectors::Zero(3, x.cols());
-    effect->addForceDerivative(x, v, dx, dv, df);
+    Probe(*effect).addForceDerivative(x, v, dx, dv, df);
     const Vectors expected = (forces(*effect, x + kStep * dx, v + kStep * dv) -
                               forces(*effect, x - kStep * dx, v - kStep * dv)) /
                              (2.0 * kStep);
-    EXPECT_LT((df - expected).cwiseAbs().maxCoeff(), kTolerance) << effect->names()[0];
-    if (effect->names()[0] != "gravity") {
-      EXPECT_GT(df.norm(), 1.0) << effect->names()[0];
+    EXPECT_LT((df - expected).cwiseAbs().maxCoeff(), kTolerance) << effect->traits().names[0];
+    if (effect->traits().names[0] != "gravity") {
+      EXPECT_GT(df.norm(), 1.0) << effect->traits().names[0];
     }
   }
 }
@@ -187,19 +188,20 @@ TEST(Derivatives, ForceDerivativeAgreesWithTheMatrix) {
   StepMatrix matrix(model.pattern);
   for (const auto& effect : model.effects) {
     matrix.setMasses(0.0, model.masses);
-    effect->addDerivatives(model.start.positions, model.start.velocities, {0.0, 2.0, 1.0},
-                           Projection::kNone, matrix);
+    Probe(*effect).addDerivatives(model.start.positions, model.start.velocities, {0.0, 2.0, 1.0},
+                                  Projection::kNone, matrix);
     Vectors product(3, dx.cols()), df = Vectors::Zero(3, dx.cols());
     matrix.multiply(dx, product);
-    effect->addForceDerivative(model.start.positions, rest, dx, 2.0 * dx, df);
+    Probe(*effect).addForceDerivative(model.start.positions, rest, dx, 2.0 * dx, df);
     // 1e-12: sums of some numbers of size k, one after the other.
-    EXPECT_LT((product + df).cwiseAbs().maxCoeff(), 1e-12 * kStiffness) << effect->names()[0];
+    EXPECT_LT((product + df).cwiseAbs().maxCoeff(), 1e-12 * kStiffness)
+        << effect->traits().names[0];
   }
 }
 
 TEST(Derivatives, DissipationIsHalfThePowerLost) {
   const Model model = netModel(0.7);
-  const Effect& springs = find<Springs>(model);
+  const Effect& springs = effectOf<Springs>(model);
   const Vectors f = forces(springs, model.start.positions, model.start.velocities) -
                     forces(springs, model.start.positions, still(model));
   const double power = -f.cwiseProduct(model.start.velocities).sum();
@@ -207,7 +209,8 @@ TEST(Derivatives, DissipationIsHalfThePowerLost) {
   Vectors ignored = still(model);
   Energy energy;
   double dissipation = 0.0;
-  springs.addForces(model.start.positions, model.start.velocities, ignored, energy, dissipation);
+  Probe(springs).addForces(model.start.positions, model.start.velocities, ignored, energy,
+                           dissipation);
   // 1e-12: the same sum in another order.
   EXPECT_NEAR(dissipation, power / 2.0, 1e-12 * power);
 }
@@ -231,8 +234,9 @@ TEST(Derivatives, ProjectionKeepsTheStepMatrixDefinite) {
   const Model model = netModel(3.0);
   StepMatrix matrix(model.pattern);
   matrix.setMasses(1.0, model.masses);
-  EXPECT_GT(find<Springs>(model).addDerivatives(model.start.positions, still(model),
-                                                {1.0, 0.0, 1.0}, Projection::kWhereNeeded, matrix),
+  EXPECT_GT(Probe(effectOf<Springs>(model))
+                .addDerivatives(model.start.positions, still(model), {1.0, 0.0, 1.0},
+                                Projection::kWhereNeeded, matrix),
             0u);
   EXPECT_GT(
       Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(toDense(matrix)).eigenvalues().minCoeff(),

@@ -102,7 +102,8 @@ Model oneParticle(Scheme scheme) {
 /// Takes a step from one speed to another if that is not a gain. @return whether it was one
 bool gains(EnergyCheck& check, double from, double to) {
   const std::vector<char> free = {0};
-  const Drive drive{free, nullptr, 0.0};
+  const EffectState nothing;
+  const Drive drive{free, nullptr, nothing, 0.0};
   check.start(0.01, moving(from), drive);
   if (check.gained(moving(to), drive)) return true;
   check.accept();
@@ -112,7 +113,8 @@ bool gains(EnergyCheck& check, double from, double to) {
 // What tr_bdf2 lost it may get back in any number of steps, but no more than that.
 TEST(EnergyCheck, TrBdf2GetsBackNoMoreThanItLost) {
   const Model model = oneParticle(Scheme::kTrBdf2);
-  EnergyCheck check(model, Scheme::kTrBdf2);
+  Workspace workspace(model);
+  EnergyCheck check(workspace, Scheme::kTrBdf2);
   EXPECT_TRUE(gains(check, 1.0, 1.001));  // 1e-3 J of 1 J: nothing was lost yet
   EXPECT_FALSE(gains(check, 1.0, 0.98));  // loses 0.0198 J
   EXPECT_TRUE(gains(check, 0.98, 1.001));
@@ -124,7 +126,8 @@ TEST(EnergyCheck, TrBdf2GetsBackNoMoreThanItLost) {
 // Small gains that add up are seen as soon as there is more than there was.
 TEST(EnergyCheck, SmallGainsOfTrBdf2DoNotAddUp) {
   const Model model = oneParticle(Scheme::kTrBdf2);
-  EnergyCheck check(model, Scheme::kTrBdf2);
+  Workspace workspace(model);
+  EnergyCheck check(workspace, Scheme::kTrBdf2);
   ASSERT_FALSE(gains(check, 1.0, 0.99));
   double speed = 0.99;
   int steps = 0;
@@ -138,7 +141,8 @@ TEST(EnergyCheck, SmallGainsOfTrBdf2DoNotAddUp) {
 // What was lost long ago is no excuse: only a tenth of the energies before and after a step counts.
 TEST(EnergyCheck, ForgetsWhatWasLostLongAgo) {
   const Model model = oneParticle(Scheme::kTrBdf2);
-  EnergyCheck check(model, Scheme::kTrBdf2);
+  Workspace workspace(model);
+  EnergyCheck check(workspace, Scheme::kTrBdf2);
   ASSERT_FALSE(gains(check, 10.0, 1.0));
   for (int n = 0; n < 3; ++n) ASSERT_FALSE(gains(check, 1.0, 1.0 - 1e-9));
   EXPECT_TRUE(gains(check, 1.0, 1.2));  // 0.22 J, where 0.1 J may come back
@@ -149,7 +153,8 @@ TEST(EnergyCheck, OtherSchemesAreLimitedInEachStep) {
   for (const Scheme scheme : {Scheme::kImplicitMidpoint, Scheme::kBdf2, Scheme::kRos3,
                               Scheme::kImplicitEuler, Scheme::kLinearImplicitEuler}) {
     const Model model = oneParticle(scheme);
-    EnergyCheck check(model, scheme);
+    Workspace workspace(model);
+    EnergyCheck check(workspace, scheme);
     ASSERT_FALSE(gains(check, 1.0, 0.98));
     EXPECT_TRUE(gains(check, 0.98, 0.983)) << name(scheme);
     EXPECT_FALSE(gains(check, 0.98, 0.9805)) << name(scheme);

@@ -6,6 +6,7 @@
 #include "effects/effect.h"
 #include "hard_cases_checks.h"
 #include "mass_spring_sim/measures.h"
+#include "probe.h"
 #include "sanitizers.h"
 #include "solvers/linear_system.h"
 
@@ -248,8 +249,9 @@ void warmStart(Trial& trial) {
   const MatrixWeights weights{1.0, trial.h, trial.h * trial.h};
   matrix.setMasses(weights.mass, model.masses);
   for (const auto& effect : model.effects) {
-    effect->addDerivatives(model.start.positions, model.start.velocities, weights,
-                           Projection::kWhereNeeded, matrix);
+    Probe(*effect, model.start.effects)
+        .addDerivatives(model.start.positions, model.start.velocities, weights,
+                        Projection::kWhereNeeded, matrix);
   }
   Vectors b = Vectors::Zero(3, model.particleCount()), wrong = b, cold, warm;
   b.row(2) = -kGravity * trial.h * model.masses.transpose();
@@ -258,7 +260,8 @@ void warmStart(Trial& trial) {
   for (const LinearSolver solver : {LinearSolver::kConjugateGradient, LinearSolver::kMultigrid}) {
     SolverOptions options = scene.solver;
     options.linear_solver = solver;
-    LinearSystem system(model, options);
+    Workspace workspace(model);
+    LinearSystem system(workspace, options);
     const LinearSystem::Result from_nothing = system.solve(matrix, b, tolerance, cold = 0.0 * b);
     const LinearSystem::Result from_wrong = system.solve(matrix, b, tolerance, warm = wrong);
     EXPECT_LE(from_wrong.iterations, from_nothing.iterations + 1) << name(solver);

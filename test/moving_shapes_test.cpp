@@ -39,22 +39,24 @@ TEST(RigidMotion, GoesEvenlyFromPoseToPose) {
 
 // The velocity of a place on a body is the rate at which that place moves.
 TEST(Shape, VelocityIsThatOfThePlacesOnTheBody) {
-  Shape shape({"box", Box{{0.1, 0.2, 0.3}, {0.4, 0.5, 0.6}, {0.3, -0.2, 0.7}}});
-  const Pose start = shape.pose();
-  shape.move(RigidMotion(start, poseAt({1.0, 0.5, -0.5}, 2.0, {1.0, -1.0, 0.5}), 1.0, 2.0));
+  const Shape shape({"box", Box{{0.1, 0.2, 0.3}, {0.4, 0.5, 0.6}, {0.3, -0.2, 0.7}}});
+  const RigidMotion motion(shape.start(), poseAt({1.0, 0.5, -0.5}, 2.0, {1.0, -1.0, 0.5}), 1.0,
+                           2.0);
   constexpr double kAhead = 1e-6;
   const Eigen::Vector3d local(0.3, -0.2, 0.1);
   const auto place = [&](double time) -> Eigen::Vector3d {
-    EXPECT_TRUE(shape.setTime(time));
-    return shape.geometryPose() * local;
+    const PlacedShape placed(shape, motion, time);
+    EXPECT_TRUE(placed.moves());
+    return placed.geometryPose() * local;
   };
   const Eigen::Vector3d rate = (place(1.7 + kAhead) - place(1.7 - kAhead)) / (2.0 * kAhead);
-  const Eigen::Vector3d velocity = shape.velocityAt(place(1.7));
+  const Eigen::Vector3d velocity = PlacedShape(shape, motion, 1.7).velocityAt(place(1.7));
   // Truncation 1e-12, rounding 1e-16 / 1e-6.
   EXPECT_LT((rate - velocity).norm(), 1e-8);
   EXPECT_GT(velocity.norm(), 0.1);
-  EXPECT_FALSE(shape.setTime(3.5));
-  EXPECT_EQ(shape.velocityAt({1.0, 1.0, 1.0}), Eigen::Vector3d::Zero());
+  const PlacedShape after(shape, motion, 3.5);
+  EXPECT_FALSE(after.moves());
+  EXPECT_EQ(after.velocityAt({1.0, 1.0, 1.0}), Eigen::Vector3d::Zero());
 }
 
 /// A particle on a block whose top is at z = 0, as deep as its weight presses it.
@@ -150,15 +152,18 @@ Scene belt() {
   return scene;
 }
 
+Pose poseOfShape(const Simulation& simulation) {
+  return simulation.state().effects.shapes[0].at(simulation.state().time);
+}
+
 TEST(ShapeCommands, ResetPutsShapesBackAndTheRunRepeatsItself) {
   Simulation simulation(belt());
   for (int step = 0; step < 40; ++step) simulation.step();
   const Vectors first = simulation.state().positions;
-  const Pose end = simulation.model().contact->shapes()[0].pose();
+  const Pose end = poseOfShape(simulation);
   EXPECT_EQ(end.position, Eigen::Vector3d(1.0, 0.0, -0.5));
   simulation.reset();
-  EXPECT_EQ(simulation.model().contact->shapes()[0].pose().position,
-            Eigen::Vector3d(0.0, 0.0, -0.5));
+  EXPECT_EQ(poseOfShape(simulation).position, Eigen::Vector3d(0.0, 0.0, -0.5));
   for (int step = 0; step < 40; ++step) simulation.step();
   EXPECT_TRUE(sameBytes(first, simulation.state().positions));
 }
@@ -178,7 +183,7 @@ TEST(ShapeCommands, MotionGoesOnInAnotherSimulation) {
   std::get<Box>(moved.effects.contact->shapes[0].geometry).center.y() = 0.25;
   Simulation other(moved);
   ASSERT_TRUE(other.continueFrom(first));
-  EXPECT_EQ(other.model().contact->shapes()[0].pose().position, Eigen::Vector3d(0.0, 0.25, -0.5));
+  EXPECT_EQ(poseOfShape(other).position, Eigen::Vector3d(0.0, 0.25, -0.5));
 }
 
 TEST(ShapeCommands, BadOnesAreRefusedByName) {

@@ -8,6 +8,7 @@
 
 #include "effects/effect.h"
 #include "mass_spring_sim/simulation.h"
+#include "probe.h"
 #include "problems.h"
 #include "shapes.h"
 #include "solvers/conjugate_gradient.h"
@@ -22,11 +23,15 @@ namespace {
 /// stretched, tilted and (a few) compressed; and a random right-hand side.
 struct System {
   Model model;
+  mutable ThreadPool threads;
   StepMatrix matrix;
   Vectors b;
 
   System(const Scene& scene, const std::vector<std::uint32_t>& pinned, double h = 1.0 / 60.0)
-      : model(buildModel(scene)), matrix(model.pattern), b(3, model.particleCount()) {
+      : model(buildModel(scene)),
+        threads(model.threads),
+        matrix(model.pattern),
+        b(3, model.particleCount()) {
     std::mt19937 random(11);
     std::uniform_real_distribution<double> unit(-1.0, 1.0);
     Vectors positions = 1.02 * model.start.positions;
@@ -39,8 +44,9 @@ struct System {
     }
     matrix.setMasses(1.0, model.masses);
     for (const auto& effect : model.effects) {
-      effect->addDerivatives(positions, model.start.velocities, {1.0, h, h * h},
-                             Projection::kWhereNeeded, matrix);
+      Probe(*effect, model.start.effects)
+          .addDerivatives(positions, model.start.velocities, {1.0, h, h * h},
+                          Projection::kWhereNeeded, matrix);
     }
     std::vector<char> mask(model.particleCount(), 0);
     for (std::uint32_t i : pinned) {
@@ -59,7 +65,7 @@ struct System {
   }
 
   LinearResult solve(double tolerance, Vectors& x) const {
-    ConjugateGradient solver(std::make_unique<Multigrid>(model), model.particleCount());
+    ConjugateGradient solver(std::make_unique<Multigrid>(model, threads), model.particleCount());
     solver.prepare(matrix);
     x.setZero(3, b.cols());
     return solver.solve(b, tolerance, 300, x);
@@ -244,7 +250,7 @@ TEST(Multigrid, IsSymmetricAndPositive) {
                             System(sceneOf(someLattice(8, 8, 8)), {}),
                             System(sceneOf(jitteredMesh(30, 40)), {7})};
   for (const System& system : systems) {
-    Multigrid multigrid(system.model);
+    Multigrid multigrid(system.model, system.threads);
     ASSERT_TRUE(multigrid.prepare(system.matrix));
     const Vectors other = system.b.cwiseProduct(system.b).rowwise().reverse();
     const FloatVectors r1 = inFloats(system.b), r2 = inFloats(other);
@@ -265,7 +271,7 @@ TEST(Multigrid, IsSymmetricAndPositive) {
 // between neighbors contribute, however small the sum.
 TEST(Multigrid, MultipliesInFloatsWithoutCancellation) {
   const System system(sceneOf(someCloth(45, 40)), {0, 44});
-  Multigrid multigrid(system.model);
+  Multigrid multigrid(system.model, system.threads);
   ASSERT_TRUE(multigrid.prepare(system.matrix));
   // All particles alike: no spring is stretched, only masses (and the pins' springs) are left.
   const Vectors alike = Vectors::Ones(3, system.b.cols());
@@ -302,7 +308,8 @@ TEST(Multigrid, ReportsAnIndefiniteMatrix) {
     StepMatrix matrix = system.matrix;
     matrix.addElement(400, 401, system.model.pattern->slot(400, 401),
                       SymmetricBlock::isotropic(stiffness));
-    LinearSystem solver(system.model, [] {
+    Workspace workspace(system.model);
+    LinearSystem solver(workspace, [] {
       SolverOptions options;
       options.linear_solver = LinearSolver::kMultigrid;
       return options;
@@ -328,7 +335,8 @@ TEST(Multigrid, LeavesStrongContrastsToTheDirectFactor) {
   const System system(sceneOf(net), {0});
   SolverOptions options;
   options.linear_solver = LinearSolver::kMultigrid;
-  LinearSystem solver(system.model, options);
+  Workspace workspace(system.model);
+  LinearSystem solver(workspace, options);
   Vectors x = Vectors::Zero(3, system.b.cols());
   const LinearSystem::Result first = solver.solve(system.matrix, system.b, 1e-8, x);
   EXPECT_TRUE(first.converged);

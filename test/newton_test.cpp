@@ -37,13 +37,14 @@ TEST(Newton, ConvergesQuadraticallyInTension) {
   const auto velocitiesAfter = [](int iterations) {
     const Scene scene = tenseScene(Scheme::kImplicitEuler, iterations);
     const Model model = buildModel(scene);
-    StepSystem system(model, scene.solver);
-    StageScheme stages(model, scene.solver, system);
+    Workspace workspace(model);
+    StepSystem system(workspace, scene.solver);
+    StageScheme stages(workspace, scene.solver, system);
     std::vector<char> pinned(model.particleCount(), 0);
     for (std::uint32_t p : scene.pins[0].particles) pinned[p] = 1;
     State state = model.start;
-    const SubstepReport report =
-        stages.advance(Scheme::kImplicitEuler, 0.05, Drive{pinned, nullptr, 0.0}, state);
+    const SubstepReport report = stages.advance(
+        Scheme::kImplicitEuler, 0.05, Drive{pinned, nullptr, model.start.effects, 0.0}, state);
     EXPECT_EQ(report.projected_springs, 0u);
     return state.velocities;
   };

@@ -29,13 +29,13 @@ TEST(Plasticity, ASpringRelaxesAsTheClosedFormSays) {
     for (const int steps : {1, 7, 1000}) {
       std::vector<double> rest;
       for (int n = 0; n < steps; ++n) {
-        EXPECT_TRUE(creep(options, 0.4 / steps, {kSpring}, apart(length), rest));
+        creep(options, 0.4 / steps, {kSpring}, 1, apart(length), rest);
       }
       // Rounding, in a thousand steps.
       EXPECT_NEAR(rest.at(0), limit + (0.5 - limit) * std::exp(-3.0 * 0.4), 1e-13) << steps;
     }
     std::vector<double> rest;
-    creep(options, 1e9, {kSpring}, apart(length), rest);
+    creep(options, 1e9, {kSpring}, 1, apart(length), rest);
     EXPECT_DOUBLE_EQ(rest.at(0), limit);
   }
 }
@@ -43,22 +43,23 @@ TEST(Plasticity, ASpringRelaxesAsTheClosedFormSays) {
 TEST(Plasticity, BelowYieldingNothingChanges) {
   std::vector<double> rest;
   for (const double length : {0.46, 0.5, 0.54}) {
-    EXPECT_FALSE(creep({0.1, 3.0}, 1.0, {kSpring}, apart(length), rest));
+    creep({0.1, 3.0}, 1.0, {kSpring}, 1, apart(length), rest);
     EXPECT_TRUE(rest.empty());
   }
   // No compression is beyond 1, and a spring without rest length has no strain.
-  EXPECT_FALSE(creep({1.5, 3.0}, 1.0, {kSpring}, apart(0.0), rest));
+  creep({1.5, 3.0}, 1.0, {kSpring}, 1, apart(0.0), rest);
   Spring linear = kSpring;
   linear.rest_length = 0.0;
-  EXPECT_FALSE(creep({0.1, 3.0}, 1.0, {linear}, apart(1.0), rest));
+  creep({0.1, 3.0}, 1.0, {linear}, 1, apart(1.0), rest);
+  EXPECT_TRUE(rest.empty());
 }
 
 TEST(Plasticity, RestLengthsStayAboveZero) {
   std::vector<double> rest;
-  for (int n = 0; n < 3; ++n) creep({0.1, 1e6}, 1.0, {kSpring}, apart(0.0), rest);
+  for (int n = 0; n < 3; ++n) creep({0.1, 1e6}, 1.0, {kSpring}, 1, apart(0.0), rest);
   EXPECT_GT(rest.at(0), 0.0);
   // And come back from there.
-  creep({0.1, 1e6}, 1.0, {kSpring}, apart(0.5), rest);
+  creep({0.1, 1e6}, 1.0, {kSpring}, 1, apart(0.5), rest);
   EXPECT_NEAR(rest.at(0), 0.5 / 1.1, 1e-15);
 }
 
@@ -105,14 +106,14 @@ TEST_P(Yielding, ResetMendsAndContinueFromCarriesOn) {
   // A continued run knows the rest lengths, by which the energy is known, whatever goes on.
   Simulation after(cloth(1e-4));
   ASSERT_TRUE(after.continueFrom(simulation));
-  const auto elasticEnergy = [](const Simulation& s) {
-    return energy(s.model(), s.state()).elastic;
-  };
+  const auto elasticEnergy = [](const Simulation& s) { return s.energy().elastic; };
   EXPECT_EQ(elasticEnergy(after), elasticEnergy(simulation));
   Simulation frozen(elastic);
   ASSERT_TRUE(frozen.continueFrom(simulation));
   EXPECT_EQ(elasticEnergy(frozen), elasticEnergy(simulation));
-  EXPECT_NE(energy(never.model(), half).elastic, elasticEnergy(simulation));
+  State as_built = half;
+  as_built.effects = never.state().effects;
+  EXPECT_NE(energy(never.model(), as_built).elastic, elasticEnergy(simulation));
   if (GetParam() != Scheme::kBdf2) {  // which forgets the state before
     Simulation on(cloth(1e-4));
     ASSERT_TRUE(on.continueFrom(after));

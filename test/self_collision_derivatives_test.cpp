@@ -2,10 +2,12 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <optional>
 #include <random>
 
 #include "effects/self_collision.h"
 #include "mass_spring_sim/measures.h"
+#include "probe.h"
 #include "problems.h"
 #include "sanitizers.h"
 #include "solvers/block_pattern.h"
@@ -124,7 +126,7 @@ struct Tangle {
     Scene scene = sheetsAndRopes(5, 6, Scheme::kImplicitEuler);
     scene.effects.self_collision = SelfCollisionOptions{0.05, 100.0};
     model = buildModel(scene);
-    effect = model.effects.back().get();
+    probe.emplace(*model.effects.back());
     std::mt19937 random(5);
     std::uniform_real_distribution<double> number(-0.15, 0.15);
     for (Vectors* vectors : {&x, &dx, &start}) {
@@ -133,34 +135,34 @@ struct Tangle {
     start = x + 0.3 * start;
     none = Vectors::Zero(3, model.particleCount());
   }
-  Vectors forces(const Vectors& positions) const {
+  Vectors forces(const Vectors& positions) {
     Vectors f = none;
-    effect->addForces(positions, none, f);
+    probe->addForces(positions, none, f);
     return f;
   }
-  double energy(const Vectors& positions) const {
+  double energy(const Vectors& positions) {
     Vectors ignored = none;
     Energy energy;
     double dissipation = 0.0;
-    effect->addForces(positions, none, ignored, energy, dissipation);
+    probe->addForces(positions, none, ignored, energy, dissipation);
     return energy.elastic;
   }
   Model model;
-  Effect* effect;
+  std::optional<Probe> probe;
   Vectors x, dx, start, none;
 };
 
 class SubstepUnderWay : public testing::TestWithParam<bool> {
  protected:
   SubstepUnderWay() {
-    if (GetParam()) tangle_.effect->beginSubstep(tangle_.start, tangle_.none, 0.01);
+    if (GetParam()) tangle_.probe->beginSubstep(tangle_.start, tangle_.none, 0.01);
   }
   Tangle tangle_;
 };
 INSTANTIATE_TEST_SUITE_P(SelfCollision, SubstepUnderWay, testing::Bool());
 
 TEST_P(SubstepUnderWay, ForcesAreDerivativesOfEnergy) {
-  const Tangle& t = tangle_;
+  Tangle& t = tangle_;
   constexpr double kStep = 1e-7;
   const Vectors forces = t.forces(t.x);
   EXPECT_GT(forces.norm(), 10.0);
@@ -176,10 +178,10 @@ TEST_P(SubstepUnderWay, ForcesAreDerivativesOfEnergy) {
 }
 
 TEST_P(SubstepUnderWay, ForceDerivativeIsExact) {
-  const Tangle& t = tangle_;
+  Tangle& t = tangle_;
   constexpr double kStep = 1e-8;
   Vectors df = t.none;
-  t.effect->addForceDerivative(t.x, t.none, t.dx, t.none, df);
+  t.probe->addForceDerivative(t.x, t.none, t.dx, t.none, df);
   const Vectors difference =
       (t.forces(t.x + kStep * t.dx) - t.forces(t.x - kStep * t.dx)) / (2.0 * kStep);
   EXPECT_GT(df.norm(), 10.0);
@@ -188,7 +190,7 @@ TEST_P(SubstepUnderWay, ForceDerivativeIsExact) {
 }
 
 TEST_P(SubstepUnderWay, ForcesAndTorquesSumUpToNothing) {
-  const Tangle& t = tangle_;
+  Tangle& t = tangle_;
   const Vectors forces = t.forces(t.x);
   Eigen::Vector3d torque = Eigen::Vector3d::Zero();
   for (Eigen::Index i = 0; i < forces.cols(); ++i) {
@@ -200,10 +202,10 @@ TEST_P(SubstepUnderWay, ForcesAndTorquesSumUpToNothing) {
 }
 
 TEST_P(SubstepUnderWay, MatrixIsTheDerivativeBesideWhatTurnsIt) {
-  const Tangle& t = tangle_;
+  Tangle& t = tangle_;
   StepMatrix matrix(t.model.pattern);
   matrix.setMasses(0.0, t.model.masses);
-  t.effect->addDerivatives(t.x, t.none, {0.0, 0.0, 1.0}, Projection::kNone, matrix);
+  t.probe->addDerivatives(t.x, t.none, {0.0, 0.0, 1.0}, Projection::kNone, matrix);
   ASSERT_GT(matrix.ties().size(), 50u);
   Vectors product = t.none;
   double curvature = 0.0;
@@ -222,13 +224,13 @@ TEST_P(SubstepUnderWay, MatrixIsTheDerivativeBesideWhatTurnsIt) {
 
 // Whether pairs are found anew or kept from places nearby, they give the same bytes.
 TEST(SelfCollision, DoesNotDependOnWhereItLookedBefore) {
-  const Tangle fresh, moved;
+  Tangle fresh, moved;
   moved.forces(moved.x + 0.01 * moved.dx);
   moved.forces(moved.start);
   EXPECT_TRUE(sameBytes(fresh.forces(fresh.x), moved.forces(moved.x)));
   Energy here, there;
-  fresh.effect->addEnergy(fresh.x, here);
-  moved.effect->addEnergy(moved.x, there);
+  fresh.probe->addEnergy(fresh.x, here);
+  moved.probe->addEnergy(moved.x, there);
   EXPECT_EQ(here.elastic, there.elastic);
   EXPECT_GT(here.elastic, 0.1);
 }

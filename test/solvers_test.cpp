@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "effects/effect.h"
 #include "random_system.h"
 #include "solvers/incomplete_cholesky.h"
 #include "solvers/linear_system.h"
@@ -123,7 +124,8 @@ TEST(LinearSystem, ZeroRightHandSideNeedsNoWork) {
   for (LinearSolver solver :
        {LinearSolver::kConjugateGradient, LinearSolver::kCholesky, LinearSolver::kMultigrid}) {
     const Model model = modelOf(s.pattern);
-    LinearSystem system(model, with(solver));
+    Workspace workspace(model);
+    LinearSystem system(workspace, with(solver));
     Vectors x = s.b;
     const LinearSystem::Result result = system.solve(s.matrix, Vectors::Zero(3, 20), 1e-6, x);
     EXPECT_TRUE(result.converged);
@@ -135,7 +137,8 @@ TEST(LinearSystem, ZeroRightHandSideNeedsNoWork) {
 TEST(LinearSystem, FactorizesOnceForSeveralRightHandSides) {
   const RandomSystem s(randomGraph(30), 30);
   const Model model = modelOf(s.pattern);
-  LinearSystem system(model, with(LinearSolver::kCholesky));
+  Workspace workspace(model);
+  LinearSystem system(workspace, with(LinearSolver::kCholesky));
   system.prepare(s.matrix);
   std::uint32_t factorizations = 0;
   for (double scale : {0.0, 1.0, 2.0}) {
@@ -151,7 +154,8 @@ TEST(LinearSystem, FactorizesOnceForSeveralRightHandSides) {
 
 TEST(LinearSystem, AutoSolvesAChainDirectly) {
   const Model model = modelOf(RandomSystem::makePattern(chain(10000), 10000));
-  EXPECT_TRUE(LinearSystem(model, with(LinearSolver::kAuto)).direct());
+  Workspace workspace(model);
+  EXPECT_TRUE(LinearSystem(workspace, with(LinearSolver::kAuto)).direct());
 }
 
 TEST(LinearSystem, AutoFallsBackToTheDirectFactor) {
@@ -180,7 +184,8 @@ TEST(LinearSystem, AutoFallsBackToTheDirectFactor) {
   SolverOptions options = with(LinearSolver::kAuto);
   options.max_linear_iterations = 1;
   const Model model = modelOf(pattern);
-  LinearSystem system(model, options);
+  Workspace workspace(model);
+  LinearSystem system(workspace, options);
   ASSERT_FALSE(system.direct());
   const Vectors b = Vectors::Random(3, n * n);
   Vectors x = Vectors::Zero(3, n * n), y(3, n * n);
@@ -192,7 +197,7 @@ TEST(LinearSystem, AutoFallsBackToTheDirectFactor) {
 
   options.linear_solver = LinearSolver::kConjugateGradient;
   x.setZero();
-  EXPECT_FALSE(LinearSystem(model, options).solve(matrix, b, 1e-6, x).converged);
+  EXPECT_FALSE(LinearSystem(workspace, options).solve(matrix, b, 1e-6, x).converged);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "mass_spring_sim/measures.h"
 #include "mass_spring_sim/simulation.h"
+#include "probe.h"
 #include "problems.h"
 #include "shapes.h"
 #include "solvers/step_matrix.h"
@@ -181,7 +182,7 @@ TEST(Springs, ForcesAndEnergiesFollowTheFormulas) {
     // What is there already stays.
     const Vectors before = Vectors::Constant(3, c.model.particleCount(), 0.5);
     Vectors forces = before;
-    springs.addForces(at.positions, at.velocities, forces);
+    Probe(springs).addForces(at.positions, at.velocities, forces);
     EXPECT_LT((forces - before - plain.forces).cwiseAbs().maxCoeff(),
               kRoundings * plain.largest_force)
         << c.name;
@@ -190,19 +191,20 @@ TEST(Springs, ForcesAndEnergiesFollowTheFormulas) {
     Energy energy;
     energy.elastic = 3.0;
     double dissipation = 2.0;
-    springs.addForces(at.positions, at.velocities, again, energy, dissipation);
+    Probe(springs).addForces(at.positions, at.velocities, again, energy, dissipation);
     EXPECT_TRUE(again == forces) << c.name;
     // Energies are sums over all springs; their errors add up like a random walk at the worst.
     EXPECT_NEAR(energy.elastic - 3.0, plain.elastic, 1e-13 * (plain.elastic + 3.0)) << c.name;
     EXPECT_NEAR(dissipation - 2.0, plain.dissipation, 1e-13 * (plain.dissipation + 2.0)) << c.name;
 
     Energy alone;
-    springs.addEnergy(at.positions, alone);
+    Probe(springs).addEnergy(at.positions, alone);
     EXPECT_NEAR(alone.elastic, plain.elastic, 1e-13 * plain.elastic) << c.name;
 
     // Held where they are, the directions of damping are what they are.
     Vectors held = before;
-    springs.addForcesHolding(at.positions, at.positions, at.velocities, held, energy, dissipation);
+    Probe(springs).addForcesHolding(at.positions, at.positions, at.velocities, held, energy,
+                                    dissipation);
     EXPECT_LT((held - forces).cwiseAbs().maxCoeff(), kRoundings * plain.largest_force) << c.name;
     EXPECT_NEAR(dissipation - 2.0, 2.0 * plain.dissipation, 1e-13 * (plain.dissipation + 2.0))
         << c.name;
@@ -261,10 +263,10 @@ TEST(Springs, MatrixFollowsTheFormulas) {
           expected.setMasses(1.0, c.model.masses);
           matrix.setMasses(1.0, c.model.masses);
           const std::uint32_t count = addPlainly(c.model, weights, projection, expected);
-          EXPECT_EQ(
-              springsOf(c.model).addDerivatives(c.model.start.positions, c.model.start.velocities,
-                                                weights, projection, matrix),
-              count)
+          EXPECT_EQ(Probe(springsOf(c.model))
+                        .addDerivatives(c.model.start.positions, c.model.start.velocities, weights,
+                                        projection, matrix),
+                    count)
               << c.name;
           double size = 0.0;
           for (const SymmetricBlock& b : expected.diagonal())
@@ -297,7 +299,7 @@ TEST(Springs, WithoutRestLengthAreLinear) {
     x.col(0).setZero();
     x.col(1) = distance * Eigen::Vector3d(2.0, -1.0, 2.0);
     Vectors forces = Vectors::Zero(3, 2);
-    springsOf(model).addForces(x, model.start.velocities, forces);
+    Probe(springsOf(model)).addForces(x, model.start.velocities, forces);
     // Of lengths below 1e-154 the square underflows: they count as none.
     const Vectors expected = distance < 1e-150 ? Vectors(0.0 * x) : Vectors(80.0 * x);
     EXPECT_LT((forces.col(0) - expected.col(1)).norm(), 4e-16 * expected.norm() + 1e-300);
@@ -312,15 +314,16 @@ TEST(Springs, RepeatBitForBit) {
     Vectors first = Vectors::Zero(3, c.model.particleCount()), second = first;
     Energy energy, other_energy;
     double dissipation = 0.0, other_dissipation = 0.0;
-    springsOf(c.model).addForces(at.positions, at.velocities, first, energy, dissipation);
-    springsOf(c.model).addForces(0.5 * at.positions, at.velocities, second);  // leaves no trace
+    Probe probe(springsOf(c.model));
+    probe.addForces(at.positions, at.velocities, first, energy, dissipation);
+    probe.addForces(0.5 * at.positions, at.velocities, second);  // leaves no trace
     second.setZero();
-    other.addForces(at.positions, at.velocities, second, other_energy, other_dissipation);
+    Probe(other).addForces(at.positions, at.velocities, second, other_energy, other_dissipation);
     EXPECT_TRUE(first == second) << c.name;
     EXPECT_EQ(energy.elastic, other_energy.elastic) << c.name;
     EXPECT_EQ(dissipation, other_dissipation) << c.name;
     second.setZero();
-    springsOf(c.model).addForces(at.positions, at.velocities, second);
+    probe.addForces(at.positions, at.velocities, second);
     EXPECT_TRUE(first == second) << c.name;
   }
 }
@@ -336,7 +339,7 @@ TEST(Springs, TakeWhatIsNotFiniteToNeighborsOnly) {
     if (s.i == bad || s.j == bad) spoiled[s.i] = spoiled[s.j] = 1;
   }
   Vectors forces = Vectors::Zero(3, model.particleCount());
-  springsOf(model).addForces(model.start.positions, model.start.velocities, forces);
+  Probe(springsOf(model)).addForces(model.start.positions, model.start.velocities, forces);
   for (std::uint32_t i = 0; i < model.particleCount(); ++i) {
     EXPECT_EQ(forces.col(i).allFinite(), !spoiled[i]) << i;
   }
@@ -352,12 +355,13 @@ TEST(SpringBatches, HoldEverySpringOnce) {
       expected.emplace_back(s.i, s.j, s.stiffness, s.damping, s.rest_length);
     }
     std::vector<char> lane_taken(springsOf(c.model).batches().lanes(), 0);
-    springsOf(c.model).batches().forEach([&](std::uint32_t i, std::uint32_t j, std::size_t lane,
-                                             double stiffness, double damping, double length) {
+    const auto find = [&](std::uint32_t i, std::uint32_t j, std::size_t lane, double stiffness,
+                          double damping, double length) {
       found.emplace_back(i, j, stiffness, damping, length);
       EXPECT_FALSE(lane_taken.at(lane)) << c.name;
       lane_taken[lane] = 1;
-    });
+    };
+    springsOf(c.model).batches().forEach({}, find);
     std::sort(expected.begin(), expected.end());
     std::sort(found.begin(), found.end());
     EXPECT_EQ(found, expected) << c.name;
@@ -386,10 +390,10 @@ TEST(SpringBatches, LeaveAbsentDampingOut) {
   cloth.damping.reset();
   const Model undamped = modelOf(cloth);
   EXPECT_FALSE(springsOf(undamped).batches().damped());
-  EXPECT_EQ(springsOf(undamped).names(), std::vector<std::string>{"springs"});
-  EXPECT_FALSE(springsOf(undamped).dampingTurns());
+  EXPECT_EQ(springsOf(undamped).traits().names, std::vector<std::string>{"springs"});
+  EXPECT_FALSE(springsOf(undamped).traits().damping_depends_on_position);
   cloth.damping = 0.1;
-  EXPECT_EQ(springsOf(modelOf(cloth)).names(),
+  EXPECT_EQ(springsOf(modelOf(cloth)).traits().names,
             (std::vector<std::string>{"springs", "spring_damping"}));
 }
 

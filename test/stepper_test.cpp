@@ -85,15 +85,19 @@ TEST(Stepper, OverflowingForceFails) {
 }
 
 /// Adds no force, and notes the size of each sub-step.
-class SubstepSizes : public Effect {
+class SubstepSizes : public Effect, public SweptEffect {
  public:
-  explicit SubstepSizes(std::vector<double>& sizes) : sizes_(sizes) {}
-  std::vector<std::string> names() const override { return {"substep_sizes"}; }
-  void beginSubstep(const Vectors&, const Vectors&, double h) override { sizes_.push_back(h); }
-  void addForces(const Vectors&, const Vectors&, Vectors&) const override {}
-  void addForces(const Vectors&, const Vectors&, Vectors&, Energy&, double&) const override {}
-  std::uint32_t linearize(const Vectors&, const Vectors&, double, StepMatrix&,
-                          Vectors&) const override {
+  explicit SubstepSizes(std::vector<double>& sizes)
+      : Effect(Traits{{"substep_sizes"}}), sizes_(sizes) {}
+  std::unique_ptr<Scratch> makeScratch(ThreadPool&) const override {
+    return std::make_unique<Scratch>();
+  }
+  void beginSubstep(Scratch&, const Vectors&, const Vectors&, double h) const override {
+    sizes_.push_back(h);
+  }
+  bool endSubstep(Scratch&, const Vectors&) const override { return false; }
+  void add(const Point&, Scratch*, const Sums&) const override {}
+  std::uint32_t linearize(const Point&, Scratch*, double, StepMatrix&, Vectors&) const override {
     return 0;
   }
 
@@ -108,7 +112,7 @@ TEST(Stepper, SubstepsHaveTheSameSizeToTheBit) {
     scene.solver.substeps = 23;
     Model model = buildModel(scene);
     std::vector<double> sizes;
-    model.effects.push_back(std::make_unique<SubstepSizes>(sizes));
+    model.effects.push_back(std::make_shared<SubstepSizes>(sizes));
     State state = model.start;
     Stepper(model, model.solver).step(1.0 / 70.0, Pins(2), nullptr, state);
     ASSERT_EQ(sizes.size(), 23u) << scheme.name;

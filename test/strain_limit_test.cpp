@@ -8,6 +8,7 @@
 
 #include "mass_spring_sim/measures.h"
 #include "mass_spring_sim/simulation.h"
+#include "probe.h"
 #include "problems.h"
 #include "sanitizers.h"
 #include "scene_text.h"
@@ -42,7 +43,7 @@ struct Stretched {
   }
   Vectors forces(const Vectors& positions) const {
     Vectors f = Vectors::Zero(3, x.cols());
-    limit.addForces(positions, 0.0 * x, f);
+    Probe(limit).addForces(positions, 0.0 * x, f);
     return f;
   }
 
@@ -64,7 +65,7 @@ TEST(StrainLimit, ForceIsTheDerivativeOfTheEnergyAndSoOn) {
                 minus = net.x - kProbe * dx;
   const auto elastic = [&](const Vectors& x) {
     Energy energy;
-    net.limit.addEnergy(x, energy);
+    Probe(net.limit).addEnergy(x, energy);
     return energy.elastic;
   };
   const double slope = (elastic(plus) - elastic(minus)) / (2.0 * kProbe);
@@ -72,13 +73,13 @@ TEST(StrainLimit, ForceIsTheDerivativeOfTheEnergyAndSoOn) {
   EXPECT_NEAR(net.forces(net.x).cwiseProduct(dx).sum(), -slope, kProbeError);
 
   Vectors df = 0.0 * dx, product(3, 12);
-  net.limit.addForceDerivative(net.x, 0.0 * dx, dx, dx, df);
+  Probe(net.limit).addForceDerivative(net.x, 0.0 * dx, dx, dx, df);
   EXPECT_GT(df.norm(), 10.0);
   EXPECT_LT((df - (net.forces(plus) - net.forces(minus)) / (2.0 * kProbe)).norm(), kProbeError);
 
   StepMatrix matrix(net.model.pattern);
   matrix.setMasses(0.0, net.model.masses);
-  net.limit.addDerivatives(net.x, 0.0 * dx, {0.0, 0.5, 1.0}, Projection::kNone, matrix);
+  Probe(net.limit).addDerivatives(net.x, 0.0 * dx, {0.0, 0.5, 1.0}, Projection::kNone, matrix);
   matrix.multiply(dx, product);
   EXPECT_LT((product + df).norm(), 1e-12 * df.norm());  // rounding
 }
@@ -87,7 +88,8 @@ TEST(StrainLimit, MatrixIsPositiveSemidefiniteAndBounded) {
   const Stretched net;
   StepMatrix matrix(net.model.pattern);
   matrix.setMasses(0.0, net.model.masses);
-  net.limit.addDerivatives(net.x, 0.0 * net.x, {0.0, 0.0, 1.0}, Projection::kWhereNeeded, matrix);
+  Probe(net.limit).addDerivatives(net.x, 0.0 * net.x, {0.0, 0.0, 1.0}, Projection::kWhereNeeded,
+                                  matrix);
   Eigen::MatrixXd dense(36, 36);
   for (Eigen::Index c = 0; c < 36; ++c) {
     Vectors unit = Vectors::Zero(3, 12), product(3, 12);
@@ -115,7 +117,7 @@ TEST(StrainLimit, LinearizedForcesAgreeWithTheMatrix) {
     StepMatrix matrix(net.model.pattern);
     matrix.setMasses(0.0, net.model.masses);
     Vectors f = 0.0 * v, product(3, 12);
-    net.limit.linearize(net.x, v, w, matrix, f);
+    Probe(net.limit).linearize(net.x, v, w, matrix, f);
     matrix.multiply(v, product);
     // At rest, the forces where the springs are. Moving on at v, those that are expected, of the
     // springs that get longer; the others' differ by the second derivative, w^2 |v|^2 K / length.
@@ -296,10 +298,12 @@ TEST(StrainLimit, SparesBendingSprings) {
   std::vector<Spring> springs = {{0, 1, 1.0, 10.0, 0.0, SpringKind::kBending}};
   Vectors x(3, 2), f = Vectors::Zero(3, 2);
   x << 0, 2, 0, 0, 0, 0;
-  StrainLimit({0.1, 100.0}, springs).addForces(x, x, f);
+  const StrainLimit bending({0.1, 100.0}, springs);
+  Probe(bending).addForces(x, x, f);
   EXPECT_EQ(f.norm(), 0.0);
   springs[0].kind = SpringKind::kShear;
-  StrainLimit({0.1, 100.0}, springs).addForces(x, x, f);
+  const StrainLimit shear({0.1, 100.0}, springs);
+  Probe(shear).addForces(x, x, f);
   EXPECT_NEAR(f(0, 0), 100.0 * 10.0 * 0.9, 1e-12);
 }
 

@@ -22,16 +22,21 @@ TEST_P(SecondOpinion, AgreesWithTheReference) { GTEST_SKIP() << "built without S
 #else
 /// What the right-hand side needs; the vector is all positions, then all velocities.
 struct System {
+  System(const Scene& scene, std::vector<char> which)
+      : model(buildModel(scene)), pinned(std::move(which)), workspace(model) {}
   Model model;
   std::vector<char> pinned;
+  Workspace workspace;
 };
 
 int derivative(sunrealtype /*time*/, N_Vector y, N_Vector rate, void* data) {
-  const System& system = *static_cast<const System*>(data);
+  System& system = *static_cast<System*>(data);
   const Eigen::Index n = system.model.masses.size();
-  const Eigen::Map<const Vectors> positions(NV_DATA_S(y), 3, n), speeds(NV_DATA_S(y) + 3 * n, 3, n);
+  const Vectors positions = Eigen::Map<const Vectors>(NV_DATA_S(y), 3, n);
+  const Vectors speeds = Eigen::Map<const Vectors>(NV_DATA_S(y) + 3 * n, 3, n);
   Vectors forces = Vectors::Zero(3, n);
-  sumForces(system.model, nullptr, positions, speeds, forces);
+  sumForces(system.workspace, nullptr, {positions, speeds, 0.0, system.model.start.effects},
+            forces);
   Eigen::Map<Vectors> velocities(NV_DATA_S(rate), 3, n),
       accelerations(NV_DATA_S(rate) + 3 * n, 3, n);
   velocities = speeds;
@@ -51,7 +56,7 @@ TEST_P(SecondOpinion, AgreesWithTheReference) {
   options.doubt = 1e-9;
   const Reference reference = findReference(scene, options);
 
-  System system{buildModel(scene), reference.pinned};
+  System system(scene, reference.pinned);
   const State& start = system.model.start;
   const Eigen::Index n = start.positions.size();
   SUNContext context = nullptr;

@@ -66,13 +66,14 @@ TEST(Xpbd, LanesAtOnceGiveWhatOneAfterTheOtherGives) {
     cloth.damping = 0.1;
     scene.objects.push_back({"sheet", Eigen::Vector4d::Ones(), cloth});
     const Model model = buildModel(scene);
-    const SpringBatches& batches = model.springs_effect->batches();
+    const SpringBatches& batches = find<Springs>(model)->batches();
     const double h = 0.01;
     std::vector<char> pinned(model.particleCount(), 0);
     pinned[1] = 1;
     const Vectors before = jittered(model.start.positions, 0.02, 1);
     const Vectors start = jittered(before, 0.02, 2);
     Vectors expected = start;
+    SpringBatches::RestLengths room;
     const auto relaxOne = [&](std::uint32_t i, std::uint32_t j, double k, double c, double rest) {
       const double wi = pinned[i] ? 0.0 : 1.0 / model.masses[i];
       const double wj = pinned[j] ? 0.0 : 1.0 / model.masses[j];
@@ -91,18 +92,18 @@ TEST(Xpbd, LanesAtOnceGiveWhatOneAfterTheOtherGives) {
           if (std::find(run.gaps.begin(), run.gaps.end(), s) != run.gaps.end()) continue;
           const std::size_t value = run.uniform ? 0 : s;
           relaxOne(run.i + s, run.j + s, batches.stiffness(run)[value], batches.damping(run)[value],
-                   batches.restLength(run)[value]);
+                   batches.restLength(run, {}, room)[value]);
         }
       }
     }
     for (const SpringBatch& batch : batches.gathered()) {
       for (std::size_t s = 0; s < batch.ends_i.size(); ++s) {
         relaxOne(batch.ends_i[s], batch.ends_j[s], batches.stiffness(batch)[s],
-                 batches.damping(batch)[s], batches.restLength(batch)[s]);
+                 batches.damping(batch)[s], batches.restLength(batch, {}, room)[s]);
       }
     }
     Vectors positions = start;
-    SpringRelaxation(batches, model.masses).relax(h, pinned, before, positions);
+    SpringRelaxation(batches, model.masses).relax(h, pinned, {}, before, positions);
     // Rounding of sums of some 20 terms of a meter; a lane that missed its neighbor's move would
     // be off by millimeters.
     EXPECT_LT((positions - expected).cwiseAbs().maxCoeff(), 1e-13) << columns;
@@ -135,8 +136,9 @@ TEST(Xpbd, IsSlowedDownWhereMoreMovesThanThereWas) {
   Scene scene = Oscillator().scene(Scheme::kXpbd, 60.0);  // 1.25 J in the spring, at rest
   const Model model = buildModel(scene);
   const std::vector<char> pinned = {1, 0};
-  const Drive drive{pinned, nullptr, 0.0};
-  EnergyCheck check(model, Scheme::kXpbd);
+  const Drive drive{pinned, nullptr, model.start.effects, 0.0};
+  Workspace workspace(model);
+  EnergyCheck check(workspace, Scheme::kXpbd);
   check.start(1.0 / 60.0, model.start, drive);
   State end = model.start;
   const double most = std::sqrt(2.0 * 1.25 / 0.3);  // m/s

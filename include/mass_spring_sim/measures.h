@@ -17,14 +17,17 @@ struct Energy {
   double total() const { return kinetic + elastic + gravity; }
 };
 
-/// Uses the model's effects and sets them to the state's time: do not call it while another thread
-/// steps.
+class Workspace;
+
+/// Makes a workspace for each call. A simulation, which has one, has the same measures.
 Energy energy(const Model& model, const State& state);
+Energy energy(Workspace& workspace, const State& state);
 
 /// Largest speed of a particle [m/s].
 double maxSpeed(const State& state);
 
-/// Largest length / rest length over the springs with a rest length above 0; 0 if there are none.
+/// Largest length / rest length as built over the springs with such a length above 0; 0 if there
+/// are none.
 double maxStretch(const Model& model, const State& state);
 
 /// Strain l / L - 1 of one spring (length l, rest length L); 0 where L = 0.
@@ -44,16 +47,15 @@ struct Wrench {
 /// The wrench of the particles of each pin on the holder, about the origin of the pin's target: all
 /// forces on the particles. The inertia of the particles themselves is not included while the pin
 /// is accelerated. At rest, the forces of all pins add up to the weight.
-/// @param model  of the scene
 /// @param state  at which the forces are taken
 /// @param pins   that hold the particles
 /// @param loads  forces of commands [N per particle], or nullptr
-std::map<std::string, Wrench> pinWrenches(const Model& model, const State& state, const Pins& pins,
-                                          const Vectors* loads);
+std::map<std::string, Wrench> pinWrenches(Workspace& workspace, const State& state,
+                                          const Pins& pins, const Vectors* loads);
 
 /// The wrench of the particles on each shape of contact, about its center (a plane's point), as a
 /// sensor in the shape would measure it. Empty without contact.
-std::map<std::string, Wrench> shapeWrenches(const Model& model, const State& state);
+std::map<std::string, Wrench> shapeWrenches(Workspace& workspace, const State& state);
 
 /// The contact of one particle with one shape.
 struct Touch {
@@ -63,7 +65,7 @@ struct Touch {
 };
 
 /// All contacts, particle by particle; empty without contact.
-std::vector<Touch> touches(const Model& model, const State& state);
+std::vector<Touch> touches(Workspace& workspace, const State& state);
 
 /// The first particle whose position or velocity is not finite.
 std::optional<std::uint32_t> firstNotFinite(const State& state);

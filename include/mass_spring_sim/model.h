@@ -4,19 +4,18 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "mass_spring_sim/scene.h"
+#include "mass_spring_sim/shape.h"
 #include "mass_spring_sim/state.h"
 
 namespace mass_spring {
 
 class BlockPattern;
-class Contact;
 class Effect;
-class Springs;
-class ThreadPool;
 
 enum class SpringKind : std::uint8_t { kStructural = 0, kShear = 1, kBending = 2 };
 
@@ -26,6 +25,9 @@ struct Spring {
   double stiffness;    ///< N/m, >= 0
   double damping;      ///< N s/m along the spring, >= 0; 0 if the scene gives none
   SpringKind kind;
+  /// Counted through the springs of the whole scene, also those that have broken: what the state
+  /// remembers of springs has this order.
+  std::uint32_t number = 0;
 };
 
 /// The ranges that one object of the scene takes in a model.
@@ -41,7 +43,8 @@ struct ModelObject {
   std::array<std::uint32_t, 3> resolution;
 };
 
-/// Built from a scene; constant while it steps. Particles are numbered through all objects.
+/// Built from a scene, and then constant: any number of simulations, on any threads, may share one.
+/// Particles are numbered through all objects.
 struct Model {
   Model();
   ~Model();
@@ -52,15 +55,17 @@ struct Model {
   Eigen::VectorXd masses;                               ///< kg, > 0
   std::vector<Spring> springs;                          ///< object by object
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< global particle numbers
+  std::vector<Shape> shapes;                            ///< of contact, in the order of their names
   State start;
-  std::vector<std::unique_ptr<Effect>> effects;  ///< the active ones and no others
-  Springs* springs_effect = nullptr;             ///< one of the effects; nullptr if it is absent
-  Contact* contact = nullptr;                    ///< likewise
-  std::shared_ptr<const BlockPattern> pattern;   ///< of the step matrix; only for implicit schemes
-  Limits limits;                                 ///< of the scene
-  SolverOptions solver;       ///< of the scene, with auto decided: a scheme and its sub-steps
-  std::string scheme_reason;  ///< what auto chose and why; empty if it had nothing to choose
-  std::shared_ptr<ThreadPool> threads;  ///< for all computations with this model
+  double rate = 0.0;                                   ///< Hz, of steps
+  EffectOptions options;                               ///< of the scene
+  std::vector<std::shared_ptr<const Effect>> effects;  ///< the active ones and no others
+  std::shared_ptr<const BlockPattern> pattern;  ///< of the step matrix; only for implicit schemes
+  Limits limits;                                ///< of the scene
+  SolverOptions solver;        ///< of the scene, with auto decided: a scheme and its sub-steps
+  std::string scheme_reason;   ///< what auto chose and why; empty if it had nothing to choose
+  std::uint32_t threads = 1;   ///< as many as are worth having for one simulation
+  bool springs_yield = false;  ///< the state may hold rest lengths other than those as built
   /// The active effects that change springs between steps: tearing, plasticity.
   std::vector<std::string> spring_changes;
 
@@ -69,19 +74,21 @@ struct Model {
   const ModelObject* findObject(const std::string& name) const;
   /// The object that holds a global particle number.
   const ModelObject& objectOf(std::uint32_t particle) const;
+  /// The index of the shape of contact with that name.
+  std::optional<std::size_t> findShape(const std::string& name) const;
   std::vector<std::string> effectNames() const;
 };
 
 /// Builds particles and springs object by object, then the effects of the scene.
-/// @param scene  validated by the reader
-Model buildModel(const Scene& scene);
+/// @param scene          validated by the reader
+/// @param springs_yield  room for rest lengths that change, also without plasticity
+Model buildModel(const Scene& scene, bool springs_yield = false);
 
 /// The model without some of its springs, and without the triangles that have one of these springs
-/// as an edge. Particles, solver and threads stay the same.
-/// @param scene  from which the model was built
-/// @param model  of the scene, whole or torn already
+/// as an edge. Particles, shapes and solver stay the same.
+/// @param model  whole or torn already
 /// @param gone   per spring of that model: is it removed?
-Model withoutSprings(const Scene& scene, const Model& model, const std::vector<char>& gone);
+Model withoutSprings(const Model& model, const std::vector<char>& gone);
 
 /// The particles, springs and triangles of one object, appended to the model.
 void appendObject(const Object& object, Model& model);

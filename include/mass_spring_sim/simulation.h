@@ -30,6 +30,9 @@ class Simulation {
  public:
   /// @throws SceneError if a value of the scene is out of its range
   explicit Simulation(Scene scene);
+  /// Shares a model with other simulations, which may run on other threads.
+  /// @param model  built of this scene, not nullptr
+  Simulation(Scene scene, std::shared_ptr<const Model> model);
   ~Simulation();
 
   const Scene& scene() const { return scene_; }
@@ -45,7 +48,8 @@ class Simulation {
   std::size_t matrixNonzeros()
       const;  ///< scalars of the whole symmetric step matrix; 0 if explicit
 
-  /// By name, at the present state; see measures.h. Not while it steps.
+  /// At the present state, by name where there are names; see measures.h. Not while it steps.
+  Energy energy() const;
   std::map<std::string, Wrench> pinWrenches() const;
   std::map<std::string, Wrench> shapeWrenches() const;
   std::vector<Touch> touches() const;
@@ -92,34 +96,24 @@ class Simulation {
   void restorePins();
   /// Goes on with a model of the same particles.
   void take(std::shared_ptr<const Model> model);
+  /// Goes on with all springs of the whole model except those that are broken.
+  void fitModel();
   /// @return how many springs broke
   std::uint32_t tear();
-  void yield();
-  /// Gives the springs rest_lengths_, or their rest lengths as built.
-  void applyRestLengths();
   /// The state does not follow the last step.
   void startOver();
   /// Keeps the state, so that goBack() can return to it.
   void keep();
   /// Returns to the last state that was kept.
   void goBack();
-  /// Goes on with all springs of the whole model except these.
-  void breakSprings(const std::vector<char>& broken);
   /// Is the next command of the timeline due when so many steps are done?
   bool timelineDue(double steps) const;
 
   Scene scene_;
   std::shared_ptr<const Model> whole_;  // as built of the scene
   std::shared_ptr<const Model> model_;  // the same, or without broken springs
-  std::vector<char> broken_;            // per spring of the whole; empty if none is
-  std::vector<double> rest_lengths_;    // m, per spring of the model; empty if as built
   State state_;
-  struct Kept {
-    State state;
-    std::vector<char> broken;
-    std::vector<double> rest_lengths;
-  };
-  std::optional<Kept> kept_;  // to go back to; only with explicit schemes
+  std::optional<State> kept_;  // to go back to; only with explicit schemes
   Pins pins_;
   StepTotals totals_;
   std::unique_ptr<Loads> loads_;

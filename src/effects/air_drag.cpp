@@ -4,9 +4,7 @@
 
 namespace mass_spring {
 
-AirDrag::AirDrag(double coefficient) : coefficient_(coefficient) {}
-
-std::uint32_t AirDrag::addDerivatives(const Vectors& /*positions*/, const Vectors& /*velocities*/,
+std::uint32_t AirDrag::addDerivatives(const Point& /*point*/, Scratch* /*scratch*/,
                                       const MatrixWeights& weights, Projection /*projection*/,
                                       StepMatrix& matrix) const {
   const SymmetricBlock block = SymmetricBlock::isotropic(weights.damping * coefficient_);

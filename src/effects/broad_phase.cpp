@@ -60,8 +60,8 @@ CollisionElements::CollisionElements(const Model& model)
   edges.insert(edges.end(), sides.begin(), sides.end());
 }
 
-BroadPhase::BroadPhase(CollisionElements elements, double distance, ThreadPool& threads)
-    : elements_(std::move(elements)),
+BroadPhase::BroadPhase(const CollisionElements& elements, double distance, ThreadPool& threads)
+    : elements_(elements),
       distance_(distance),
       margin_(kMargin * distance),
       threads_(threads),

@@ -43,9 +43,10 @@ struct ElementPair {
 /// not.
 class BroadPhase {
  public:
+  /// @param elements  that outlive this
   /// @param distance  m, > 0: nearer pairs are found
-  /// @param threads  to look for them with
-  BroadPhase(CollisionElements elements, double distance, ThreadPool& threads);
+  /// @param threads   to look for them with
+  BroadPhase(const CollisionElements& elements, double distance, ThreadPool& threads);
 
   const std::vector<ElementPair>& pairs() const { return pairs_; }
   /// m, how far the particles have left their ways at most: two elements are no nearer than they
@@ -73,7 +74,7 @@ class BroadPhase {
   template <typename Find>
   void findPairs(std::size_t elements, const Find& find);
 
-  CollisionElements elements_;
+  const CollisionElements& elements_;
   double distance_, margin_;
   ThreadPool& threads_;
   std::vector<ElementPair> pairs_;

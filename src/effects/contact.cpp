@@ -17,54 +17,61 @@ Eigen::Vector3d across(const Eigen::Vector3d& n, const Eigen::Vector3d& v) {
 
 }  // namespace
 
-Contact::Contact(const ContactOptions& options, const Eigen::VectorXd& masses)
-    : options_(options),
+/// The shapes where they are at the point of the last evaluation, and what the last linearized step
+/// knew of.
+struct Contact::Room : Scratch {
+  std::vector<PlacedShape> shapes;
+  std::vector<char> known;  // the contacts, particle by particle
+  Vectors ends;             // where that step ended, if it was in a shape it did not know of
+  bool missed = false;      // was it?
+};
+
+Contact::Contact(const ContactOptions& options, std::vector<Shape> shapes,
+                 const Eigen::VectorXd& masses)
+    : Effect(Traits{{"contact"}}),
+      options_(options),
       friction_(options.friction.value_or(0.0)),
-      masses_(masses),
-      known_(static_cast<std::size_t>(masses.size()) * options.shapes.size()),
-      ends_(3, masses.size()) {
-  for (const ContactShape& shape : options.shapes) shapes_.emplace_back(shape);
+      shapes_(std::move(shapes)),
+      masses_(masses) {
+  if (options.friction) traits_.names.push_back("friction");
+  traits_.damping_depends_on_position = friction_ > 0.0;
+  // Particles that touch without any thickness are still nowhere near a meter apart.
+  traits_.length = options.thickness > 0.0 ? options.thickness : 0.01;
 }
 
-std::vector<std::string> Contact::names() const {
-  if (options_.friction) return {"contact", "friction"};
-  return {"contact"};
+std::unique_ptr<Scratch> Contact::makeScratch(ThreadPool& /*threads*/) const {
+  auto room = std::make_unique<Room>();
+  room->shapes.reserve(shapes_.size());
+  room->known.resize(static_cast<std::size_t>(masses_.size()) * shapes_.size());
+  room->ends.resize(3, masses_.size());
+  return room;
+}
+
+const std::vector<PlacedShape>& Contact::place(const Point& point, Scratch* scratch) const {
+  std::vector<PlacedShape>& placed = static_cast<Room*>(scratch)->shapes;
+  placed.clear();
+  for (std::size_t s = 0; s < shapes_.size(); ++s) {
+    placed.emplace_back(shapes_[s], point.effects.shapes[s], point.time);
+  }
+  return placed;
 }
 
 template <typename Visit>
-void Contact::forEachContact(const Vectors& positions, Visit visit) const {
+void Contact::forEachContact(const std::vector<PlacedShape>& shapes, const Vectors& positions,
+                             Visit visit) const {
   for (std::uint32_t i = 0; i < masses_.size(); ++i) {
     const Eigen::Vector3d x = positions.col(i);
-    for (std::uint32_t s = 0; s < shapes_.size(); ++s) {
-      if (!(shapes_[s].distance(x) < options_.thickness)) continue;
-      const Surface surface = shapes_[s].at(x);
+    for (std::uint32_t s = 0; s < shapes.size(); ++s) {
+      if (!(shapes[s].distance(x) < options_.thickness)) continue;
+      const Surface surface = shapes[s].at(x);
       visit(i, s, surface, options_.thickness - surface.distance);
     }
   }
 }
 
-Shape* Contact::find(const std::string& name) {
-  const auto found = std::find_if(shapes_.begin(), shapes_.end(),
-                                  [&](const Shape& shape) { return shape.name() == name; });
-  return found == shapes_.end() ? nullptr : &*found;
-}
-
-void Contact::reset() {
-  for (Shape& shape : shapes_) shape.reset();
-}
-
-void Contact::continueFrom(const Contact& other) {
-  for (Shape& shape : shapes_) {
-    for (const Shape& from : other.shapes_) {
-      if (from.startsLike(shape)) shape = from;
-    }
-  }
-}
-
-bool Contact::setTime(double time) {
-  bool moves = false;
-  for (Shape& shape : shapes_) moves = shape.setTime(time) || moves;
-  return moves;
+bool Contact::dependsOnTime(const Point& point) const {
+  return std::any_of(point.effects.shapes.begin(), point.effects.shapes.end(),
+                     [&](const RigidMotion& motion) { return motion.lasts(point.time); });
 }
 
 Contact::Slip Contact::slip(double speed) const {
@@ -73,66 +80,53 @@ Contact::Slip Contact::slip(double speed) const {
   return {1.0 / speed, -1.0 / speed};
 }
 
-void Contact::addEnergy(const Vectors& positions, Energy& energy) const {
-  forEachContact(positions, [&](auto, auto, const Surface&, double depth) {
-    energy.elastic += 0.5 * options_.stiffness * depth * depth;
-  });
-}
-
-void Contact::addForces(const Vectors& positions, const Vectors& velocities,
-                        Vectors& forces) const {
-  Energy energy;
-  double dissipation = 0.0;
-  addForces(positions, velocities, forces, energy, dissipation);
-}
-
-void Contact::addForces(const Vectors& positions, const Vectors& velocities, Vectors& forces,
-                        Energy& energy, double& dissipation) const {
-  addForcesHolding(positions, positions, velocities, forces, energy, dissipation);
-}
-
-void Contact::addForcesHolding(const Vectors& held, const Vectors& positions,
-                               const Vectors& velocities, Vectors& forces, Energy& energy,
-                               double& dissipation) const {
+void Contact::add(const Point& point, Scratch* scratch, const Sums& sums) const {
+  const std::vector<PlacedShape>& shapes = place(point, scratch);
   const double k = options_.stiffness, e = options_.slip_velocity;
   const auto press = [&](std::uint32_t i, const Surface& surface, double depth) {
-    energy.elastic += 0.5 * k * depth * depth;
-    forces.col(i) += k * depth * surface.normal;
+    if (sums.energy) sums.energy->elastic += 0.5 * k * depth * depth;
+    if (sums.forces) sums.forces->col(i) += k * depth * surface.normal;
   };
   const auto rub = [&](std::uint32_t i, std::uint32_t s, const Surface& surface, double depth,
                        const Eigen::Vector3d& x) {
     const double limit = friction_ * k * depth;
     const Eigen::Vector3d sliding =
-        across(surface.normal, velocities.col(i) - shapes_[s].velocityAt(x));
+        across(surface.normal, point.velocities.col(i) - shapes[s].velocityAt(x));
     const double speed = sliding.norm(), y = speed / e;
-    forces.col(i) -= limit * slip(speed).secant * sliding;
-    dissipation += limit * e * (y < 1.0 ? y * y * (1.0 - y / 3.0) : y - 1.0 / 3.0);
+    sums.forces->col(i) -= limit * slip(speed).secant * sliding;
+    if (sums.dissipation) {
+      *sums.dissipation += limit * e * (y < 1.0 ? y * y * (1.0 - y / 3.0) : y - 1.0 / 3.0);
+    }
   };
-  const bool apart = &held != &positions;
-  forEachContact(positions,
+  const bool rubs = friction_ > 0.0 && sums.forces;
+  const Vectors* const held = sums.damping_positions;
+  forEachContact(shapes, point.positions,
                  [&](std::uint32_t i, std::uint32_t s, const Surface& surface, double depth) {
                    press(i, surface, depth);
-                   if (friction_ > 0.0 && !apart) rub(i, s, surface, depth, positions.col(i));
+                   if (rubs && !held) rub(i, s, surface, depth, point.positions.col(i));
                  });
-  if (friction_ == 0.0 || !apart) return;
-  forEachContact(held, [&](std::uint32_t i, std::uint32_t s, const Surface& surface, double depth) {
-    rub(i, s, surface, depth, held.col(i));
-  });
+  if (!rubs || !held) return;
+  forEachContact(shapes, *held,
+                 [&](std::uint32_t i, std::uint32_t s, const Surface& surface, double depth) {
+                   rub(i, s, surface, depth, held->col(i));
+                 });
 }
 
 // With N = k p, u = v - (n . v) n, v beyond the velocity of the shape: dN = -k n . dx, dn = H dx,
 // du = dv across n - (dn . v) n - (n . v) dn, and what dv has along n stays out.
-void Contact::addForceDerivative(const Vectors& x, const Vectors& v, const Vectors& dx,
+void Contact::addForceDerivative(const Point& point, Scratch* scratch, const Vectors& dx,
                                  const Vectors& dv, Vectors& df) const {
-  forEachContact(x, [&](std::uint32_t i, std::uint32_t s, const Surface& surface, double depth) {
+  const std::vector<PlacedShape>& shapes = place(point, scratch);
+  const Vectors &x = point.positions, &v = point.velocities;
+  const auto add = [&](std::uint32_t i, std::uint32_t s, const Surface& surface, double depth) {
     const Eigen::Vector3d& n = surface.normal;
     const double pressure = options_.stiffness * depth;
     const double more = -options_.stiffness * n.dot(dx.col(i));
     const Eigen::Vector3d dn = surface.curvature * dx.col(i);
     df.col(i) += more * n + pressure * dn;
     if (friction_ == 0.0) return;
-    const Eigen::Vector3d slip_v = v.col(i) - shapes_[s].velocityAt(x.col(i));
-    const Eigen::Vector3d slip_dv = dv.col(i) - shapes_[s].spin().cross(dx.col(i));
+    const Eigen::Vector3d slip_v = v.col(i) - shapes[s].velocityAt(x.col(i));
+    const Eigen::Vector3d slip_dv = dv.col(i) - shapes[s].spin().cross(dx.col(i));
     const Eigen::Vector3d sliding = across(n, slip_v);
     const double speed = sliding.norm();
     const Eigen::Vector3d du = across(n, slip_dv) - dn.dot(slip_v) * n - n.dot(slip_v) * dn;
@@ -143,12 +137,15 @@ void Contact::addForceDerivative(const Vectors& x, const Vectors& v, const Vecto
       change += g.slope * along.dot(du) * along;
     }
     df.col(i) -= friction_ * (more * g.secant * sliding + pressure * change);
-  });
+  };
+  forEachContact(shapes, x, add);
 }
 
-std::uint32_t Contact::addDerivatives(const Vectors& positions, const Vectors& velocities,
+std::uint32_t Contact::addDerivatives(const Point& point, Scratch* scratch,
                                       const MatrixWeights& weights, Projection projection,
                                       StepMatrix& matrix) const {
+  const std::vector<PlacedShape>& shapes = place(point, scratch);
+  const Vectors &positions = point.positions, &velocities = point.velocities;
   std::uint32_t projected = 0;
   const auto add = [&](std::uint32_t i, std::uint32_t s, const Surface& surface, double depth) {
     const Eigen::Vector3d& n = surface.normal;
@@ -161,7 +158,7 @@ std::uint32_t Contact::addDerivatives(const Vectors& positions, const Vectors& v
     }
     if (friction_ > 0.0 && weights.damping > 0.0) {
       const Eigen::Vector3d sliding =
-          across(n, velocities.col(i) - shapes_[s].velocityAt(positions.col(i)));
+          across(n, velocities.col(i) - shapes[s].velocityAt(positions.col(i)));
       const double speed = sliding.norm();
       const Slip g = slip(speed);
       const double weight = weights.damping * friction_ * pressure;
@@ -172,35 +169,38 @@ std::uint32_t Contact::addDerivatives(const Vectors& positions, const Vectors& v
     }
     matrix.diagonal()[i] += symmetric(block);
   };
-  forEachContact(positions, add);
+  forEachContact(shapes, positions, add);
   return projected;
 }
 
-std::uint32_t Contact::linearize(const Vectors& positions, const Vectors& velocities, double w,
-                                 StepMatrix& matrix, Vectors& forces) const {
+std::uint32_t Contact::linearize(const Point& point, Scratch* scratch, double w, StepMatrix& matrix,
+                                 Vectors& forces) const {
+  Room& room = *static_cast<Room*>(scratch);
+  const std::vector<PlacedShape>& shapes = place(point, scratch);
+  const Vectors &positions = point.positions, &velocities = point.velocities;
   const double k = options_.stiffness;
   std::uint32_t projected = 0;
-  known_.assign(known_.size(), 0);
+  std::fill(room.known.begin(), room.known.end(), 0);
   for (std::uint32_t i = 0; i < masses_.size(); ++i) {
-    for (std::uint32_t s = 0; s < shapes_.size(); ++s) {
+    for (std::uint32_t s = 0; s < shapes.size(); ++s) {
       // About the deepest one of where a particle is, where it is to be expected, and where it has
       // just been seen to go: what lies ahead is kept out by this step already, and what is pushed
       // out does not fall back in.
       const Eigen::Vector3d x = positions.col(i);
-      const double now = shapes_[s].distance(x);
+      const double now = shapes[s].distance(x);
       Eigen::Vector3d place = x, ahead = x + w * velocities.col(i);
       double nearest = now;
       const auto consider = [&](const Eigen::Vector3d& other) {
-        const double distance = shapes_[s].distance(other);
+        const double distance = shapes[s].distance(other);
         if (!(distance < nearest)) return;
         nearest = distance;
         place = other;
       };
       consider(ahead);
-      if (missed_) consider(ends_.col(i));
+      if (room.missed) consider(room.ends.col(i));
       if (!(nearest < options_.thickness)) continue;
-      known_[i * shapes_.size() + s] = 1;
-      const Surface surface = shapes_[s].at(place);
+      room.known[i * shapes.size() + s] = 1;
+      const Surface surface = shapes[s].at(place);
       const double depth = options_.thickness - surface.distance;
       // k (depth - n . (x + w u - place)) with the new velocities u.
       const Eigen::Vector3d& n = surface.normal;
@@ -214,7 +214,7 @@ std::uint32_t Contact::linearize(const Vectors& positions, const Vectors& veloci
       const double left = depth * mass / (mass + w * w * k);
       const double limit = friction_ * k * std::max(options_.thickness - now, left);
       // Damping brakes to the velocity of the shape, not to rest.
-      const Eigen::Vector3d shape = across(n, shapes_[s].velocityAt(place));
+      const Eigen::Vector3d shape = across(n, shapes[s].velocityAt(place));
       const Eigen::Vector3d sliding = across(n, velocities.col(i)) - shape;
       const double speed = sliding.norm();
       const double secant = limit * slip(speed).secant;
@@ -228,61 +228,58 @@ std::uint32_t Contact::linearize(const Vectors& positions, const Vectors& veloci
       block += braked;
     }
   }
-  missed_ = false;
+  room.missed = false;
   return projected;
 }
 
-bool Contact::foresaw(const Vectors& ends) const {
-  for (std::uint32_t i = 0; i < masses_.size() && !missed_; ++i) {
-    for (std::uint32_t s = 0; s < shapes_.size() && !missed_; ++s) {
-      missed_ = !known_[i * shapes_.size() + s] &&
-                options_.thickness - shapes_[s].distance(ends.col(i)) > length();
-    }
+bool Contact::linearizationCovered(const Point& end, Scratch* scratch) const {
+  Room& room = *static_cast<Room*>(scratch);
+  const std::vector<PlacedShape>& shapes = place(end, scratch);
+  const auto missed = [&](std::uint32_t i, std::size_t s) {
+    return !room.known[i * shapes.size() + s] &&
+           options_.thickness - shapes[s].distance(end.positions.col(i)) > traits_.length;
+  };
+  for (std::uint32_t i = 0; i < masses_.size() && !room.missed; ++i) {
+    for (std::size_t s = 0; s < shapes.size() && !room.missed; ++s) room.missed = missed(i, s);
   }
-  if (missed_) ends_ = ends;
-  return !missed_;
+  if (room.missed) room.ends = end.positions;
+  return !room.missed;
 }
 
 void Contact::addBounds(Eigen::VectorXd& stiffness, Eigen::VectorXd& damping) const {
   const double k = options_.stiffness * static_cast<double>(shapes_.size());
   stiffness.array() += k;
   // Pressed in as deep as contact can be meant to be.
-  damping.array() += 2.0 * friction_ * k * length() / options_.slip_velocity;
+  damping.array() += 2.0 * friction_ * k * traits_.length / options_.slip_velocity;
 }
 
-double Contact::length() const {
-  // Particles that touch without any thickness are still nowhere near a meter apart.
-  return options_.thickness > 0.0 ? options_.thickness : 0.01;
-}
-
-Eigen::Vector3d Contact::force(const Shape& shape, const Surface& surface, double depth,
+Eigen::Vector3d Contact::force(const PlacedShape& shape, const Surface& surface, double depth,
                                const Eigen::Vector3d& x, const Eigen::Vector3d& v) const {
   const Eigen::Vector3d sliding = across(surface.normal, v - shape.velocityAt(x));
   const double rub = friction_ * slip(sliding.norm()).secant;
   return options_.stiffness * depth * (surface.normal - rub * sliding);
 }
 
-double Contact::power(const Vectors& positions, const Vectors& velocities) const {
+double Contact::power(const Point& point, Scratch* scratch) const {
   double power = 0.0;
-  if (std::none_of(shapes_.begin(), shapes_.end(), [](const Shape& s) { return s.moves(); })) {
-    return power;
-  }
-  forEachContact(
-      positions, [&](std::uint32_t i, std::uint32_t s, const Surface& surface, double depth) {
-        const Eigen::Vector3d x = positions.col(i), v = velocities.col(i);
-        const double fed = force(shapes_[s], surface, depth, x, v).dot(shapes_[s].velocityAt(x));
-        power += std::max(0.0, fed);
-      });
+  if (!dependsOnTime(point)) return power;
+  const std::vector<PlacedShape>& shapes = place(point, scratch);
+  const auto add = [&](std::uint32_t i, std::uint32_t s, const Surface& surface, double depth) {
+    const Eigen::Vector3d x = point.positions.col(i), v = point.velocities.col(i);
+    power += std::max(0.0, force(shapes[s], surface, depth, x, v).dot(shapes[s].velocityAt(x)));
+  };
+  forEachContact(shapes, point.positions, add);
   return power;
 }
 
-std::vector<Touch> Contact::touches(const Vectors& positions, const Vectors& velocities) const {
+std::vector<Touch> Contact::touches(const Point& point, Scratch* scratch) const {
+  const std::vector<PlacedShape>& shapes = place(point, scratch);
   std::vector<Touch> touches;
-  forEachContact(
-      positions, [&](std::uint32_t i, std::uint32_t s, const Surface& surface, double depth) {
-        touches.push_back(
-            {i, s, force(shapes_[s], surface, depth, positions.col(i), velocities.col(i))});
-      });
+  const auto add = [&](std::uint32_t i, std::uint32_t s, const Surface& surface, double depth) {
+    touches.push_back(
+        {i, s, force(shapes[s], surface, depth, point.positions.col(i), point.velocities.col(i))});
+  };
+  forEachContact(shapes, point.positions, add);
   return touches;
 }
 

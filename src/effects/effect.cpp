@@ -1,42 +1,70 @@
 #include "effects/effect.h"
 
+#include "thread_pool.h"
+
 namespace mass_spring {
 
-void sumForces(const Model& model, const Vectors* loads, const Vectors& positions,
-               const Vectors& velocities, Vectors& forces) {
-  forces.setZero();
-  for (const auto& effect : model.effects) effect->addForces(positions, velocities, forces);
-  if (loads) forces += *loads;
-}
-
-void sumForces(const Model& model, const Vectors* loads, const Vectors* held,
-               const Vectors& positions, const Vectors& velocities, Vectors& forces, Energy& energy,
-               double& dissipation) {
-  forces.setZero();
+Workspace::Workspace(const Model& model, std::shared_ptr<ThreadPool> threads)
+    : model_(model),
+      threads_(threads ? std::move(threads) : std::make_shared<ThreadPool>(model.threads)) {
   for (const auto& effect : model.effects) {
-    if (held) {
-      effect->addForcesHolding(*held, positions, velocities, forces, energy, dissipation);
-    } else {
-      effect->addForces(positions, velocities, forces, energy, dissipation);
-    }
+    parts_.push_back({effect.get(), dynamic_cast<const DrivingEffect*>(effect.get()),
+                      dynamic_cast<const SweptEffect*>(effect.get()),
+                      dynamic_cast<const ForeseeingEffect*>(effect.get()),
+                      effect->makeScratch(*threads_)});
   }
-  if (loads) forces += *loads;
 }
 
-bool setTime(const Model& model, double time) {
-  bool any = false;
-  for (const auto& effect : model.effects) any = effect->setTime(time) || any;
-  return any;
+Workspace::~Workspace() = default;
+
+void sumForces(Workspace& workspace, const Vectors* loads, const Point& point, Vectors& forces) {
+  Sums sums;
+  sums.forces = &forces;
+  sumForces(workspace, loads, point, sums);
 }
 
-void beginSubstep(const Model& model, const Vectors& positions, const Vectors& velocities,
+void sumForces(Workspace& workspace, const Vectors* loads, const Point& point, const Sums& sums) {
+  sums.forces->setZero();
+  for (const Workspace::Part& part : workspace.parts()) {
+    part.effect->add(point, part.scratch.get(), sums);
+  }
+  if (loads) *sums.forces += *loads;
+}
+
+void addEnergy(Workspace& workspace, const Point& point, const Effect* without, Energy& energy) {
+  Sums sums;
+  sums.energy = &energy;
+  for (const Workspace::Part& part : workspace.parts()) {
+    if (part.effect != without) part.effect->add(point, part.scratch.get(), sums);
+  }
+}
+
+void addForceDerivative(Workspace& workspace, const Point& point, const Vectors& dx,
+                        const Vectors& dv, Vectors& df) {
+  for (const Workspace::Part& part : workspace.parts()) {
+    part.effect->addForceDerivative(point, part.scratch.get(), dx, dv, df);
+  }
+}
+
+bool dependsOnTime(Workspace& workspace, const Point& point) {
+  for (const Workspace::Part& part : workspace.parts()) {
+    if (part.driving && part.driving->dependsOnTime(point)) return true;
+  }
+  return false;
+}
+
+void beginSubstep(Workspace& workspace, const Vectors& positions, const Vectors& velocities,
                   double h) {
-  for (const auto& effect : model.effects) effect->beginSubstep(positions, velocities, h);
+  for (const Workspace::Part& part : workspace.parts()) {
+    if (part.swept) part.swept->beginSubstep(*part.scratch, positions, velocities, h);
+  }
 }
 
-bool endSubstep(const Model& model, const Vectors& positions) {
+bool endSubstep(Workspace& workspace, const Vectors& positions) {
   bool passed = false;
-  for (const auto& effect : model.effects) passed = effect->endSubstep(positions) || passed;
+  for (const Workspace::Part& part : workspace.parts()) {
+    if (part.swept) passed = part.swept->endSubstep(*part.scratch, positions) || passed;
+  }
   return passed;
 }
 

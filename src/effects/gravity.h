@@ -8,24 +8,14 @@ namespace mass_spring {
 class Gravity : public Effect {
  public:
   Gravity(const Eigen::Vector3d& acceleration, const Eigen::VectorXd& masses)
-      : weights_(acceleration * masses.transpose()) {}
-  std::vector<std::string> names() const override { return {"gravity"}; }
-  bool constant() const override { return true; }
-  void addEnergy(const Vectors& positions, Energy& energy) const override {
-    energy.gravity -= weights_.cwiseProduct(positions).sum();
+      : Effect(Traits{{"gravity"}, true}), weights_(acceleration * masses.transpose()) {}
+  void add(const Point& point, Scratch* /*scratch*/, const Sums& sums) const override {
+    if (sums.energy) sums.energy->gravity -= weights_.cwiseProduct(point.positions).sum();
+    if (sums.forces) *sums.forces += weights_;
   }
-  void addForces(const Vectors& /*positions*/, const Vectors& /*velocities*/,
-                 Vectors& forces) const override {
-    forces += weights_;
-  }
-  void addForces(const Vectors& positions, const Vectors& velocities, Vectors& forces,
-                 Energy& energy, double& /*dissipation*/) const override {
-    addEnergy(positions, energy);
-    addForces(positions, velocities, forces);
-  }
-  std::uint32_t linearize(const Vectors& positions, const Vectors& velocities, double /*w*/,
+  std::uint32_t linearize(const Point& /*point*/, Scratch* /*scratch*/, double /*w*/,
                           StepMatrix& /*matrix*/, Vectors& forces) const override {
-    addForces(positions, velocities, forces);
+    forces += weights_;
     return 0;
   }
 

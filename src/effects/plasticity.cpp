@@ -12,15 +12,13 @@ constexpr double kShortest = 1e-3;
 
 }  // namespace
 
-bool creep(const PlasticityOptions& options, double h, const std::vector<Spring>& springs,
-           const Vectors& positions, std::vector<double>& rest_lengths) {
+void creep(const PlasticityOptions& options, double h, const std::vector<Spring>& springs,
+           std::size_t count, const Vectors& positions, std::vector<double>& rest_lengths) {
   const double longest = 1.0 + options.yield_strain;
   const double shortest = std::max(1.0 - options.yield_strain, 0.0);
   const double stays = std::exp(-options.creep_rate * h);
-  bool any = false;
-  for (std::size_t s = 0; s < springs.size(); ++s) {
-    const Spring& spring = springs[s];
-    const double rest = rest_lengths.empty() ? spring.rest_length : rest_lengths[s];
+  for (const Spring& spring : springs) {
+    const double rest = rest_lengths.empty() ? spring.rest_length : rest_lengths[spring.number];
     const double square = (positions.col(spring.j) - positions.col(spring.i)).squaredNorm();
     const bool stretched = square > longest * longest * rest * rest;
     const bool compressed = square < shortest * shortest * rest * rest;
@@ -30,12 +28,11 @@ bool creep(const PlasticityOptions& options, double h, const std::vector<Spring>
     const double crept = goal + (rest - goal) * stays;
     if (crept == rest) continue;
     if (rest_lengths.empty()) {
-      for (const Spring& each : springs) rest_lengths.push_back(each.rest_length);
+      rest_lengths.assign(count, 0.0);
+      for (const Spring& each : springs) rest_lengths[each.number] = each.rest_length;
     }
-    rest_lengths[s] = crept;
-    any = true;
+    rest_lengths[spring.number] = crept;
   }
-  return any;
 }
 
 }  // namespace mass_spring

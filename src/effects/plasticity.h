@@ -17,9 +17,11 @@ namespace mass_spring {
 /// never passes: the energy k (l - L)^2 / 2 only falls, and L stays above 0, whatever c h.
 /// Between steps, so that schemes and the analysis of the step matrix see constant springs.
 /// @param h             s, since the last time
-/// @param rest_lengths  m, per spring; empty = as in the springs, and stays so while none yields
-/// @return whether any changed
-bool creep(const PlasticityOptions& options, double h, const std::vector<Spring>& springs,
-           const Vectors& positions, std::vector<double>& rest_lengths);
+/// @param springs       those that are left
+/// @param count         how many springs there were
+/// @param rest_lengths  m, by Spring::number; empty = as in the springs, and stays so while none
+///                      yields
+void creep(const PlasticityOptions& options, double h, const std::vector<Spring>& springs,
+           std::size_t count, const Vectors& positions, std::vector<double>& rest_lengths);
 
 }  // namespace mass_spring

@@ -30,7 +30,7 @@ double median(std::vector<double> values) {
 /// As hard as the springs that pull things into each other: at that stiffness, and at least the
 /// rigidity EA = k L divided by the thickness, a strain of the springs presses by about as large a
 /// share of the thickness. Where springs are slacker than a step could notice, what steps bear.
-double defaultStiffness(const Model& model, Elements elements, double thickness, double rate) {
+double defaultStiffness(const Model& model, Elements elements, double thickness) {
   const bool surface = elements == Elements::kParticleAndTriangle;
   std::vector<double> stiffnesses,
       masses(model.masses.data(), model.masses.data() + model.masses.size());
@@ -39,25 +39,105 @@ double defaultStiffness(const Model& model, Elements elements, double thickness,
     if (model.objectOf(s.i).has_surface != surface) continue;
     stiffnesses.push_back(s.stiffness * std::max(1.0, s.rest_length / thickness));
   }
-  const double all =
-      std::max(median(std::move(stiffnesses)), kFirm * rate * rate * median(std::move(masses)));
+  const double all = std::max(median(std::move(stiffnesses)),
+                              kFirm * model.rate * model.rate * median(std::move(masses)));
   return surface ? all / kTrianglesRound : all;
 }
 
 }  // namespace
 
-SelfCollision::SelfCollision(const SelfCollisionOptions& options, const Model& model, double rate)
-    : thickness_(options.thickness),
-      broad_(CollisionElements(model), options.thickness, *model.threads),
-      beside_(model.particleCount(), 0) {
+/// What elements feel of each other.
+struct SelfCollision::Push {
+  const ElementPair* pair;
+  Proximity near;
+  bool passed;  ///< through each other
+  /// Along the normal, with the weights.
+  double side() const { return passed ? -1.0 : 1.0; }
+  /// vectors += the push of a force [N], or what is like one, on the first element
+  void spread(const Eigen::Vector3d& force, Vectors& vectors) const {
+    for (int a = 0; a < 4; ++a) {
+      vectors.col(pair->particles[static_cast<std::size_t>(a)]) += near.weights[a] * force;
+    }
+  }
+};
+
+/// The pairs that are near, and the sub-step that is under way.
+class SelfCollision::Room : public Scratch {
+ public:
+  Room(const CollisionElements& elements, double thickness, ThreadPool& threads)
+      : thickness_(thickness),
+        broad_(elements, thickness, threads),
+        beside_(elements.object.size(), 0) {}
+
+  const std::vector<ElementPair>& pairs() const { return broad_.pairs(); }
+  void begin(const Vectors& positions, const Vectors& velocities, double h);
+  void end() { under_way_ = false; }
+  /// Pairs for these positions and the way there from where the sub-step began. @return m, those
+  /// that are to be further apart push nothing at these positions, and have not passed on this way
+  double cover(const Vectors& positions);
+  double depth(const Push& push) const { return thickness_ - push.side() * push.near.distance; }
+  /// m, the distance where it is below the thickness, else no more than that.
+  double distanceWithin(const ElementPair& pair, const Corners& x) const;
+  /// All pairs that push each other, until the next call.
+  const std::vector<Push>& findPushes(const Vectors& positions);
+  /// The same about where a linearized step of w [s] is expected to end, or about the first touch
+  /// on the way there.
+  const std::vector<Push>& expectPushes(const Vectors& positions, const Vectors& velocities,
+                                        double w);
+
+ private:
+  /// Where elements have passed through others, what lies beside these sees them on the wrong side,
+  /// without having been passed itself: it has no say.
+  void dropBesidePassed(const Vectors& from, const Vectors& to);
+  /// Finds the pairs for the way there.
+  void refresh(const Vectors& positions);
+  /// m, at most that of the pair where the sub-step that is under way began.
+  double startDistance(std::size_t pair);
+
+  double thickness_;
+  BroadPhase broad_;
+  std::vector<Push> pushes_;
+  std::vector<char> beside_;             // per particle, whether something has passed it
+  std::vector<double> start_distances_;  // m, of the pairs, while a sub-step is under way
+  double start_strayed_ = 0.0;           // m, as far as particles had when it began
+  bool under_way_ = false;
+  Vectors start_, expected_;
+};
+
+SelfCollision::SelfCollision(const SelfCollisionOptions& options, const Model& model)
+    : Effect(Traits{{"self_collision"}}), elements_(model), thickness_(options.thickness) {
+  traits_.ties = true;
+  traits_.length = thickness_;
   for (const Elements e : {Elements::kParticleAndTriangle, Elements::kSegments}) {
     stiffness_[static_cast<std::size_t>(e)] =
-        options.stiffness ? *options.stiffness
-                          : defaultStiffness(model, e, options.thickness, rate);
+        options.stiffness ? *options.stiffness : defaultStiffness(model, e, options.thickness);
   }
 }
 
-void SelfCollision::beginSubstep(const Vectors& positions, const Vectors& velocities, double h) {
+std::unique_ptr<Scratch> SelfCollision::makeScratch(ThreadPool& threads) const {
+  return std::make_unique<Room>(elements_, thickness_, threads);
+}
+
+SelfCollision::Room& SelfCollision::roomOf(Scratch* scratch) {
+  return *static_cast<Room*>(scratch);
+}
+
+void SelfCollision::beginSubstep(Scratch& scratch, const Vectors& positions,
+                                 const Vectors& velocities, double h) const {
+  roomOf(&scratch).begin(positions, velocities, h);
+}
+
+bool SelfCollision::endSubstep(Scratch& scratch, const Vectors& positions) const {
+  Room& room = roomOf(&scratch);
+  bool passed = false;
+  if (positions.allFinite()) {
+    for (const Push& push : room.findPushes(positions)) passed = passed || push.passed;
+  }
+  room.end();
+  return passed;
+}
+
+void SelfCollision::Room::begin(const Vectors& positions, const Vectors& velocities, double h) {
   start_ = positions;
   under_way_ = true;
   expected_ = positions + h * velocities;
@@ -69,28 +149,18 @@ void SelfCollision::beginSubstep(const Vectors& positions, const Vectors& veloci
   start_distances_.assign(broad_.pairs().size(), kUnknown);
 }
 
-bool SelfCollision::endSubstep(const Vectors& positions) {
-  bool passed = false;
-  if (positions.allFinite()) {
-    findPushes(positions);
-    for (const Push& push : pushes_) passed = passed || push.passed;
-  }
-  under_way_ = false;
-  return passed;
-}
-
-double SelfCollision::distanceWithin(const ElementPair& pair, const Corners& x) const {
+double SelfCollision::Room::distanceWithin(const ElementPair& pair, const Corners& x) const {
   const double least = leastDistance(pair.elements, x);
   return least < thickness_ ? proximity(pair.elements, x).distance : least;
 }
 
-void SelfCollision::refresh(const Vectors& positions) const {
+void SelfCollision::Room::refresh(const Vectors& positions) {
   broad_.refresh(under_way_ ? start_ : positions, positions);
   start_strayed_ = 0.0;
   start_distances_.assign(broad_.pairs().size(), kUnknown);
 }
 
-double SelfCollision::startDistance(std::size_t pair) const {
+double SelfCollision::Room::startDistance(std::size_t pair) {
   double& distance = start_distances_[pair];
   if (distance == kUnknown) {
     const ElementPair& p = broad_.pairs()[pair];
@@ -99,7 +169,7 @@ double SelfCollision::startDistance(std::size_t pair) const {
   return distance;
 }
 
-double SelfCollision::cover(const Vectors& positions) const {
+double SelfCollision::Room::cover(const Vectors& positions) {
   double strayed = broad_.strayed(positions);
   if (!broad_.covers(strayed)) {
     refresh(positions);
@@ -108,7 +178,7 @@ double SelfCollision::cover(const Vectors& positions) const {
   return thickness_ + 2.0 * (under_way_ ? std::max(strayed, start_strayed_) : strayed);
 }
 
-void SelfCollision::findPushes(const Vectors& positions) const {
+const std::vector<SelfCollision::Push>& SelfCollision::Room::findPushes(const Vectors& positions) {
   const double reach = cover(positions);
   pushes_.clear();
   bool any_passed = false;
@@ -131,9 +201,10 @@ void SelfCollision::findPushes(const Vectors& positions) const {
     any_passed = any_passed || passed;
   }
   if (any_passed) dropBesidePassed(start_, positions);
+  return pushes_;
 }
 
-void SelfCollision::dropBesidePassed(const Vectors& from, const Vectors& to) const {
+void SelfCollision::Room::dropBesidePassed(const Vectors& from, const Vectors& to) {
   std::fill(beside_.begin(), beside_.end(), 0);
   for (const Push& push : pushes_) {
     if (!push.passed) continue;
@@ -148,69 +219,9 @@ void SelfCollision::dropBesidePassed(const Vectors& from, const Vectors& to) con
   pushes_.erase(std::remove_if(pushes_.begin(), pushes_.end(), misled), pushes_.end());
 }
 
-void SelfCollision::spread(const Push& push, const Eigen::Vector3d& force, Vectors& vectors) {
-  for (int a = 0; a < 4; ++a) {
-    vectors.col(push.pair->particles[static_cast<std::size_t>(a)]) += push.near.weights[a] * force;
-  }
-}
-
-void SelfCollision::addEnergy(const Vectors& positions, Energy& energy) const {
-  const double reach = cover(positions);
-  for (const ElementPair& pair : broad_.pairs()) {
-    if (pair.apart >= reach) continue;
-    const double depth = thickness_ - distanceWithin(pair, pair.corners(positions));
-    if (depth > 0.0) energy.elastic += 0.5 * stiffness(pair) * depth * depth;
-  }
-}
-
-void SelfCollision::addForces(const Vectors& positions, const Vectors& velocities,
-                              Vectors& forces) const {
-  Energy energy;
-  double dissipation = 0.0;
-  addForces(positions, velocities, forces, energy, dissipation);
-}
-
-void SelfCollision::addForces(const Vectors& positions, const Vectors& /*velocities*/,
-                              Vectors& forces, Energy& energy, double& /*dissipation*/) const {
-  findPushes(positions);
-  for (const Push& push : pushes_) {
-    energy.elastic += 0.5 * stiffness(*push.pair) * depth(push) * depth(push);
-    spread(push, stiffness(*push.pair) * depth(push) * push.side() * push.near.normal, forces);
-  }
-}
-
-// With G = side normal weights^T: df = -k dg G + k depth dG, dg = G . dx.
-void SelfCollision::addForceDerivative(const Vectors& x, const Vectors& /*v*/, const Vectors& dx,
-                                       const Vectors& /*dv*/, Vectors& df) const {
-  findPushes(x);
-  for (const Push& push : pushes_) {
-    const Proximity& near = push.near;
-    const Corners changed = push.pair->corners(dx);
-    const ProximityRate turned = rate(near, push.pair->corners(x), changed);
-    const double pressure = stiffness(*push.pair) * depth(push) * push.side();
-    const double more = -stiffness(*push.pair) * near.normal.dot(changed * near.weights);
-    spread(push, more * near.normal + pressure * turned.normal, df);
-    for (int a = 0; a < 4; ++a) {
-      df.col(push.pair->particles[static_cast<std::size_t>(a)]) +=
-          pressure * turned.weights[a] * near.normal;
-    }
-  }
-}
-
-std::uint32_t SelfCollision::addDerivatives(const Vectors& positions, const Vectors& /*velocities*/,
-                                            const MatrixWeights& weights, Projection projection,
-                                            StepMatrix& matrix) const {
-  if (weights.stiffness == 0.0) return 0;
-  findPushes(positions);
-  for (const Push& push : pushes_) {
-    matrix.addTie({push.pair->particles, push.near.weights, push.near.normal,
-                   weights.stiffness * stiffness(*push.pair)});
-  }
-  return projection == Projection::kNone ? 0 : static_cast<std::uint32_t>(pushes_.size());
-}
-
-std::uint32_t SelfCollision::linearize(const Vectors& positions, const Vectors& velocities,
-                                       double w, StepMatrix& matrix, Vectors& forces) const {
+const std::vector<SelfCollision::Push>& SelfCollision::Room::expectPushes(const Vectors& positions,
+                                                                          const Vectors& velocities,
+                                                                          double w) {
   expected_ = positions + w * velocities;
   double reach = cover(expected_);
   if (!under_way_) reach = std::max(reach, cover(positions));
@@ -238,14 +249,70 @@ std::uint32_t SelfCollision::linearize(const Vectors& positions, const Vectors& 
     any_passed = any_passed || touches;
   }
   if (any_passed) dropBesidePassed(positions, expected_);
-  for (const Push& push : pushes_) {
+  return pushes_;
+}
+
+void SelfCollision::add(const Point& point, Scratch* scratch, const Sums& sums) const {
+  Room& room = roomOf(scratch);
+  if (sums.forces == nullptr) {
+    if (sums.energy == nullptr) return;
+    const double reach = room.cover(point.positions);
+    for (const ElementPair& pair : room.pairs()) {
+      if (pair.apart >= reach) continue;
+      const double depth = thickness_ - room.distanceWithin(pair, pair.corners(point.positions));
+      if (depth > 0.0) sums.energy->elastic += 0.5 * stiffness(pair) * depth * depth;
+    }
+    return;
+  }
+  for (const Push& push : room.findPushes(point.positions)) {
+    const double k = stiffness(*push.pair), depth = room.depth(push);
+    if (sums.energy) sums.energy->elastic += 0.5 * k * depth * depth;
+    push.spread(k * depth * push.side() * push.near.normal, *sums.forces);
+  }
+}
+
+// With G = side normal weights^T: df = -k dg G + k depth dG, dg = G . dx.
+void SelfCollision::addForceDerivative(const Point& point, Scratch* scratch, const Vectors& dx,
+                                       const Vectors& /*dv*/, Vectors& df) const {
+  const Room& room = roomOf(scratch);
+  for (const Push& push : roomOf(scratch).findPushes(point.positions)) {
+    const Proximity& near = push.near;
+    const Corners changed = push.pair->corners(dx);
+    const ProximityRate turned = rate(near, push.pair->corners(point.positions), changed);
+    const double pressure = stiffness(*push.pair) * room.depth(push) * push.side();
+    const double more = -stiffness(*push.pair) * near.normal.dot(changed * near.weights);
+    push.spread(more * near.normal + pressure * turned.normal, df);
+    for (int a = 0; a < 4; ++a) {
+      df.col(push.pair->particles[static_cast<std::size_t>(a)]) +=
+          pressure * turned.weights[a] * near.normal;
+    }
+  }
+}
+
+std::uint32_t SelfCollision::addDerivatives(const Point& point, Scratch* scratch,
+                                            const MatrixWeights& weights, Projection projection,
+                                            StepMatrix& matrix) const {
+  if (weights.stiffness == 0.0) return 0;
+  const std::vector<Push>& pushes = roomOf(scratch).findPushes(point.positions);
+  for (const Push& push : pushes) {
+    matrix.addTie({push.pair->particles, push.near.weights, push.near.normal,
+                   weights.stiffness * stiffness(*push.pair)});
+  }
+  return projection == Projection::kNone ? 0 : static_cast<std::uint32_t>(pushes.size());
+}
+
+std::uint32_t SelfCollision::linearize(const Point& point, Scratch* scratch, double w,
+                                       StepMatrix& matrix, Vectors& forces) const {
+  const std::vector<Push>& pushes =
+      roomOf(scratch).expectPushes(point.positions, point.velocities, w);
+  for (const Push& push : pushes) {
     // k (thickness - n . (x + w u) weights) along n weights^T, with the new velocities u.
     const Proximity& near = push.near;
-    const double gap = near.normal.dot(push.pair->corners(positions) * near.weights);
-    spread(push, stiffness(*push.pair) * (thickness_ - gap) * near.normal, forces);
+    const double gap = near.normal.dot(push.pair->corners(point.positions) * near.weights);
+    push.spread(stiffness(*push.pair) * (thickness_ - gap) * near.normal, forces);
     matrix.addTie({push.pair->particles, near.weights, near.normal, w * w * stiffness(*push.pair)});
   }
-  return static_cast<std::uint32_t>(pushes_.size());
+  return static_cast<std::uint32_t>(pushes.size());
 }
 
 void SelfCollision::addBounds(Eigen::VectorXd& stiffness, Eigen::VectorXd& /*damping*/) const {

@@ -25,18 +25,17 @@ std::uint32_t roundedUp(std::size_t lanes) {
 /// Springs of one run have the offset and the copy in common and ascend in i.
 struct SpringBatches::Candidate {
   Spring spring{};
-  std::uint32_t number = kNoSpring;  // of the spring
-  std::int64_t offset = 0;           // j - i
-  std::uint32_t copy = 0;            // 0 for the first spring from i to j, 1 for the second ...
+  bool exists = false;
+  std::int64_t offset = 0;  // j - i
+  std::uint32_t copy = 0;   // 0 for the first spring from i to j, 1 for the second ...
 };
 
 std::vector<SpringBatches::Candidate> SpringBatches::sortedCandidates(
     const std::vector<Spring>& springs) {
   std::vector<Candidate> sorted;
-  for (std::uint32_t number = 0; number < springs.size(); ++number) {
-    const Spring& s = springs[number];
+  for (const Spring& s : springs) {
     if (s.stiffness > 0.0 || s.damping > 0.0) {
-      sorted.push_back({s, number, std::int64_t{s.j} - std::int64_t{s.i}, 0});
+      sorted.push_back({s, true, std::int64_t{s.j} - std::int64_t{s.i}, 0});
     }
   }
   const auto key = [](const Candidate& c) { return std::make_tuple(c.offset, c.copy, c.spring.i); };
@@ -153,16 +152,19 @@ void SpringBatches::addValues(const Candidate& candidate, bool apart) {
   stiffness_.push_back(candidate.spring.stiffness);
   rest_length_.push_back(candidate.spring.rest_length);
   if (damped_) damping_.push_back(candidate.spring.damping);
-  if (apart) spring_of_value_.push_back(candidate.number);
+  if (apart) {
+    number_of_value_.push_back(candidate.exists ? candidate.spring.number : kNoSpring);
+  }
 }
 
-void SpringBatches::setRestLengths(const std::vector<Spring>& springs,
-                                   const std::vector<double>& rest_lengths) {
-  for (std::size_t value = 0; value < spring_of_value_.size(); ++value) {
-    const std::uint32_t number = spring_of_value_[value];
-    if (number == kNoSpring) continue;
-    rest_length_[value] = rest_lengths.empty() ? springs[number].rest_length : rest_lengths[number];
+const double* SpringBatches::gatherRestLengths(const SpringBatch& batch,
+                                               const std::vector<double>& current,
+                                               RestLengths& room) const {
+  const std::uint32_t* const numbers = number_of_value_.data() + batch.first_value;
+  for (std::uint32_t s = 0; s < batch.lanes; ++s) {
+    room.values[s] = numbers[s] == kNoSpring ? 0.0 : current[numbers[s]];
   }
+  return room.values;
 }
 
 }  // namespace mass_spring

@@ -33,8 +33,13 @@ struct SpringBatch {
 /// computed in these gaps is dropped. What no run takes, as in meshes, is gathered.
 class SpringBatches {
  public:
-  /// @param apart  each spring has values of its own, so that rest lengths can change
+  /// @param apart  each spring has values of its own, as rest lengths change
   explicit SpringBatches(const std::vector<Spring>& springs, bool apart = false);
+
+  /// The rest lengths of one batch, gathered from a state.
+  struct RestLengths {
+    alignas(64) double values[SpringBatch::kMaxLanes];
+  };
 
   /// Ascending in i, so that particles come in once, for all of their springs.
   const std::vector<SpringBatch>& runs() const { return runs_; }
@@ -43,17 +48,16 @@ class SpringBatches {
   bool elastic() const { return elastic_; }  ///< some spring has stiffness
   bool damped() const { return damped_; }
 
-  bool apart() const { return !spring_of_value_.empty(); }
-  /// @param springs       that the batches were made of, apart
-  /// @param rest_lengths  m; empty = those of the springs
-  void setRestLengths(const std::vector<Spring>& springs, const std::vector<double>& rest_lengths);
-
   /// From first_value on by lane; a single one if the batch is uniform.
   const double* stiffness(const SpringBatch& batch) const {
     return stiffness_.data() + batch.first_value;
   }
-  const double* restLength(const SpringBatch& batch) const {
-    return rest_length_.data() + batch.first_value;
+  /// @param current  m, by Spring::number; empty = as built
+  /// @param room     for those of the batch, if they are to be gathered
+  const double* restLength(const SpringBatch& batch, const std::vector<double>& current,
+                           RestLengths& room) const {
+    if (current.empty() || number_of_value_.empty()) return rest_length_.data() + batch.first_value;
+    return gatherRestLengths(batch, current, room);
   }
   /// Only if damped().
   const double* damping(const SpringBatch& batch) const {
@@ -61,11 +65,14 @@ class SpringBatches {
   }
 
   /// visit(i, j, lane counted through all batches, stiffness, damping, rest length) of each spring.
+  /// @param current  rest lengths, as above
   template <typename Visit>
-  void forEach(Visit visit) const {
+  void forEach(const std::vector<double>& current, Visit visit) const {
+    RestLengths room;
     for (const auto* batches : {&runs_, &gathered_}) {
       for (const SpringBatch& batch : *batches) {
         auto gap = batch.gaps.begin();
+        const double* const rest_length = restLength(batch, current, room);
         const bool run = batch.ends_i.empty();
         const std::size_t springs = run ? batch.lanes : batch.ends_i.size();
         for (std::uint32_t s = 0; s < springs; ++s) {
@@ -76,7 +83,7 @@ class SpringBatches {
           const std::size_t value = batch.uniform ? 0 : s;
           visit(run ? batch.i + s : batch.ends_i[s], run ? batch.j + s : batch.ends_j[s],
                 batch.first_lane + s, stiffness(batch)[value],
-                batch.damped ? damping(batch)[value] : 0.0, restLength(batch)[value]);
+                batch.damped ? damping(batch)[value] : 0.0, rest_length[value]);
         }
       }
     }
@@ -90,10 +97,12 @@ class SpringBatches {
   void addRun(const std::vector<Candidate>& springs, bool apart);
   void gather(const std::vector<Candidate>& springs, bool apart);
   void addValues(const Candidate& candidate, bool apart);
+  const double* gatherRestLengths(const SpringBatch& batch, const std::vector<double>& current,
+                                  RestLengths& room) const;
 
   std::vector<SpringBatch> runs_, gathered_;
   std::vector<double> stiffness_, damping_, rest_length_;
-  std::vector<std::uint32_t> spring_of_value_;  // only if apart
+  std::vector<std::uint32_t> number_of_value_;  // of the spring; only if apart
   std::size_t lanes_ = 0;
   bool elastic_ = false, damped_ = false;
 };

@@ -64,8 +64,10 @@ void SpringRelaxation::findShares(double h, const std::vector<char>& pinned) {
   }
 }
 
-void SpringRelaxation::relax(double h, const std::vector<char>& pinned, const Vectors& before,
+void SpringRelaxation::relax(double h, const std::vector<char>& pinned,
+                             const std::vector<double>& current, const Vectors& before,
                              Vectors& positions) {
+  SpringBatches::RestLengths rest_lengths;
   findShares(h, pinned);
   const auto particles = static_cast<std::uint32_t>(positions.cols());
   separate(before, 0, particles, before_);
@@ -78,16 +80,17 @@ void SpringRelaxation::relax(double h, const std::vector<char>& pinned, const Ve
     lanes.uniform = batch.uniform;
     lanes.damped = batch.damped;
     lanes.stiffness = batches_.stiffness(batch);
-    lanes.rest_length = batches_.restLength(batch);
+    lanes.rest_length = batches_.restLength(batch, current, rest_lengths);
     lanes.damping = batch.damped ? batches_.damping(batch) : nullptr;
     relaxRun(batch, lanes, shares_.data() + pass.first_share, relaxation);
   }
-  relaxGathered();
+  relaxGathered(current);
   positions.setZero();
   moveInto(positions, 0, particles, positions_);
 }
 
-void SpringRelaxation::relaxGathered() {
+void SpringRelaxation::relaxGathered(const std::vector<double>& current) {
+  SpringBatches::RestLengths rest_lengths;
   const double* w = inverse_masses_[0];
   const auto at = [](const Columns& columns, std::uint32_t i) {
     return Eigen::Vector3d(columns[0][i], columns[1][i], columns[2][i]);
@@ -99,7 +102,8 @@ void SpringRelaxation::relaxGathered() {
   };
   std::size_t next = first_gathered_;
   for (const SpringBatch& batch : batches_.gathered()) {
-    const double *stiffness = batches_.stiffness(batch), *rest_length = batches_.restLength(batch);
+    const double* stiffness = batches_.stiffness(batch);
+    const double* rest_length = batches_.restLength(batch, current, rest_lengths);
     const double* damping = batch.damped ? batches_.damping(batch) : nullptr;
     for (std::size_t s = 0; s < batch.ends_i.size(); ++s) {
       const std::uint32_t i = batch.ends_i[s], j = batch.ends_j[s];

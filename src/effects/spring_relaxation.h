@@ -17,15 +17,17 @@ namespace mass_spring {
 /// Mueller and Chentanez, "XPBD", 2016), written so that k = 0 needs no exception.
 class SpringRelaxation {
  public:
-  /// @param batches  that outlive this, and may be made again of the same springs
+  /// @param batches  that outlive this
   /// @param masses   kg per particle, > 0
   SpringRelaxation(const SpringBatches& batches, const Eigen::VectorXd& masses);
 
   /// All springs once, over a step of h [s].
   /// @param pinned     per particle: what does not give way
+  /// @param current    rest lengths [m] by Spring::number; empty = as built
   /// @param before     positions at the start of the step
   /// @param positions  where the particles would be without springs; and then where they are
-  void relax(double h, const std::vector<char>& pinned, const Vectors& before, Vectors& positions);
+  void relax(double h, const std::vector<char>& pinned, const std::vector<double>& current,
+             const Vectors& before, Vectors& positions);
 
  private:
   /// A run, or a part of it, which has shares by lane.
@@ -35,7 +37,7 @@ class SpringRelaxation {
   };
   void findShares(double h, const std::vector<char>& pinned);
   double share(double stiffness, double damping, std::uint32_t i, std::uint32_t j) const;
-  void relaxGathered();
+  void relaxGathered(const std::vector<double>& current);
 
   const SpringBatches& batches_;
   const Eigen::VectorXd& masses_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 
 #include "effects/spring_direction.h"
 #include "solvers/step_matrix.h"
@@ -43,42 +44,45 @@ SymmetricBlock springStiffness(const Eigen::Vector3d& d, double stiffness, doubl
   return SymmetricBlock::axial(direction.n, stiffness, stiffness * r);
 }
 
-Springs::Springs(const std::vector<Spring>& springs, std::uint32_t particles) : batches_(springs) {
-  if (batches_.runs().empty()) return;
-  positions_.reset(particles, 3);
-  forces_.reset(particles, 3);
-  if (batches_.damped()) velocities_.reset(particles, 3);
+struct Springs::Room : Scratch {
+  Columns positions, velocities;
+  Columns forces, diagonal;  // zero between calls
+  Eigen::VectorXd taken;     // and then the floors
+};
+
+Springs::Springs(const std::vector<Spring>& springs, std::uint32_t particles, bool yielding)
+    : Effect(Traits()), batches_(springs, yielding), particles_(particles) {
+  if (batches_.elastic()) traits_.names.push_back("springs");
+  if (batches_.damped()) traits_.names.push_back("spring_damping");
+  traits_.damping_depends_on_position = batches_.damped();
 }
 
-std::vector<std::string> Springs::names() const {
-  std::vector<std::string> names;
-  if (batches_.elastic()) names.push_back("springs");
-  if (batches_.damped()) names.push_back("spring_damping");
-  return names;
-}
-
-void Springs::setRestLengths(const std::vector<Spring>& springs,
-                             const std::vector<double>& rest_lengths) {
-  if (rest_lengths.empty() && !batches_.apart()) return;
-  if (!batches_.apart()) keepApart(springs);
-  batches_.setRestLengths(springs, rest_lengths);
-}
-
-void Springs::keepApart(const std::vector<Spring>& springs) {
-  // The same lanes: which of them join what does not depend on values.
-  batches_ = SpringBatches(springs, true);
+std::unique_ptr<Scratch> Springs::makeScratch(ThreadPool& /*threads*/) const {
+  auto room = std::make_unique<Room>();
+  if (!batches_.runs().empty()) {
+    room->positions.reset(particles_, 3);
+    room->forces.reset(particles_, 3);
+    if (batches_.damped()) room->velocities.reset(particles_, 3);
+  }
+  if (!slots_.empty()) {
+    room->taken.setZero(Eigen::Index{particles_} + Columns::kBeyond);
+    room->diagonal.reset(particles_, 6);
+  }
+  return room;
 }
 
 template <typename Visit, typename Finish>
-void Springs::forEachBatch(const Vectors& positions, const Vectors* velocities, Visit visit,
+void Springs::forEachBatch(const Point& point, bool damped, Room& room, Visit visit,
                            Finish finish) const {
+  const Vectors &positions = point.positions, &velocities = point.velocities;
+  SpringBatches::RestLengths rest_lengths;
   SpringLanes lanes;
   const auto describe = [&](const SpringBatch& batch) {
     lanes.lanes = batch.lanes;
     lanes.uniform = batch.uniform;
-    lanes.damped = batch.damped && velocities;
+    lanes.damped = batch.damped && damped;
     lanes.stiffness = batches_.stiffness(batch);
-    lanes.rest_length = batches_.restLength(batch);
+    lanes.rest_length = batches_.restLength(batch, point.effects.rest_lengths, rest_lengths);
     lanes.damping = lanes.damped ? batches_.damping(batch) : nullptr;
   };
   // Coordinates come into the first cache and results leave it as the runs go by.
@@ -87,16 +91,18 @@ void Springs::forEachBatch(const Vectors& positions, const Vectors* velocities, 
   for (const SpringBatch& batch : batches_.runs()) {
     const std::uint32_t needed = std::min(batch.needed, particles);
     if (needed > separated) {
-      separate(positions, separated, needed, positions_);
-      if (velocities && batches_.damped()) separate(*velocities, separated, needed, velocities_);
+      separate(positions, separated, needed, room.positions);
+      if (damped && batches_.damped()) {
+        separate(velocities, separated, needed, room.velocities);
+      }
       separated = needed;
     }
     describe(batch);
-    lanes.xi = columnsFrom(positions_, batch.i);
-    lanes.xj = columnsFrom(positions_, batch.j);
+    lanes.xi = columnsFrom(room.positions, batch.i);
+    lanes.xj = columnsFrom(room.positions, batch.j);
     if (lanes.damped) {
-      lanes.vi = columnsFrom(velocities_, batch.i);
-      lanes.vj = columnsFrom(velocities_, batch.j);
+      lanes.vi = columnsFrom(room.velocities, batch.i);
+      lanes.vj = columnsFrom(room.velocities, batch.j);
     }
     visit(batch, lanes);
     const std::uint32_t done = std::min(batch.finished, particles);
@@ -109,17 +115,17 @@ void Springs::forEachBatch(const Vectors& positions, const Vectors* velocities, 
     lanes.xi = ends[0].gather(batch.ends_i, batch.lanes, positions);
     lanes.xj = ends[1].gather(batch.ends_j, batch.lanes, positions);
     if (lanes.damped) {
-      lanes.vi = ends[2].gather(batch.ends_i, batch.lanes, *velocities);
-      lanes.vj = ends[3].gather(batch.ends_j, batch.lanes, *velocities);
+      lanes.vi = ends[2].gather(batch.ends_i, batch.lanes, velocities);
+      lanes.vj = ends[3].gather(batch.ends_j, batch.lanes, velocities);
     }
     visit(batch, lanes);
   }
 }
 
-void Springs::addTo(Vectors& forces, const SpringBatch& batch, LaneResults<3>& force) const {
+void Springs::addTo(Vectors& forces, const SpringBatch& batch, LaneResults<3>& force, Room& room) {
   if (batch.ends_i.empty()) {
     force.clear(batch);
-    addLanes(force, batch, forces_);
+    addLanes(force, batch, room.forces);
     return;
   }
   for (std::size_t s = 0; s < batch.ends_i.size(); ++s) {
@@ -129,76 +135,39 @@ void Springs::addTo(Vectors& forces, const SpringBatch& batch, LaneResults<3>& f
   }
 }
 
-void Springs::addForces(const Vectors& positions, const Vectors* velocities,
-                        Vectors& forces) const {
+void Springs::addForces(const Point& point, bool damped, Room& room, Vectors& forces) const {
   LaneResults<3> force;
-  const auto finish = [&](std::uint32_t from, std::uint32_t to) {
-    moveInto(forces, from, to, forces_);
-  };
   forEachBatch(
-      positions, velocities,
+      point, damped, room,
       [&](const SpringBatch& batch, const SpringLanes& lanes) {
         springForces(lanes, force);
-        addTo(forces, batch, force);
+        addTo(forces, batch, force, room);
       },
-      finish);
+      [&](std::uint32_t from, std::uint32_t to) { moveInto(forces, from, to, room.forces); });
 }
 
-void Springs::addForces(const Vectors& positions, const Vectors* velocities, Vectors& forces,
-                        Energy& energy, double& dissipation) const {
+void Springs::addForcesAndEnergies(const Point& point, bool damped, Room& room, Vectors* forces,
+                                   double& elastic, double& dissipation) const {
   LaneResults<3> force;
   LaneResults<2> energies;
-  const auto finish = [&](std::uint32_t from, std::uint32_t to) {
-    moveInto(forces, from, to, forces_);
-  };
   forEachBatch(
-      positions, velocities,
+      point, damped, room,
       [&](const SpringBatch& batch, const SpringLanes& lanes) {
         springForcesAndEnergies(lanes, force, energies);
-        addTo(forces, batch, force);
+        if (forces) addTo(*forces, batch, force, room);
         energies.clear(batch);
-        energy.elastic += sumLanes(energies.of(0), batch.lanes);
+        elastic += sumLanes(energies.of(0), batch.lanes);
         dissipation += sumLanes(energies.of(1), batch.lanes);
       },
-      finish);
+      [&](std::uint32_t from, std::uint32_t to) {
+        if (forces) moveInto(*forces, from, to, room.forces);
+      });
 }
 
-void Springs::addEnergy(const Vectors& positions, Energy& energy) const {
-  LaneResults<3> force;
-  LaneResults<2> energies;
-  forEachBatch(
-      positions, nullptr,
-      [&](const SpringBatch& batch, const SpringLanes& lanes) {
-        springForcesAndEnergies(lanes, force, energies);
-        energies.clear(batch);
-        energy.elastic += sumLanes(energies.of(0), batch.lanes);
-      },
-      [](auto...) {});
-}
-
-void Springs::addForces(const Vectors& positions, const Vectors& velocities,
-                        Vectors& forces) const {
-  addForces(positions, &velocities, forces);
-}
-
-void Springs::addForces(const Vectors& positions, const Vectors& velocities, Vectors& forces,
-                        Energy& energy, double& dissipation) const {
-  addForces(positions, &velocities, forces, energy, dissipation);
-}
-
-std::uint32_t Springs::linearize(const Vectors& positions, const Vectors& velocities, double w,
-                                 StepMatrix& matrix, Vectors& forces) const {
-  // Damping is linear in v: f(x, v) + D v = f(x, 0).
-  addForces(positions, nullptr, forces);
-  return addDerivatives(positions, velocities, {1.0, w, w * w}, Projection::kWhereNeeded, matrix);
-}
-
-void Springs::addForcesHolding(const Vectors& held, const Vectors& positions,
-                               const Vectors& velocities, Vectors& forces, Energy& energy,
-                               double& dissipation) const {
-  addForces(positions, nullptr, forces, energy, dissipation);
-  batches_.forEach([&](std::uint32_t i, std::uint32_t j, std::size_t /*lane*/, double /*stiffness*/,
-                       double damping, double /*rest_length*/) {
+void Springs::addDamping(const Vectors& held, const Vectors& velocities, Vectors& forces,
+                         double& dissipation) const {
+  batches_.forEach({}, [&](std::uint32_t i, std::uint32_t j, std::size_t /*lane*/,
+                           double /*stiffness*/, double damping, double /*rest_length*/) {
     if (damping == 0.0) return;
     const Eigen::Vector3d n = SpringDirection(held.col(j) - held.col(i)).n;
     const double rate = n.dot(velocities.col(j) - velocities.col(i));
@@ -209,14 +178,38 @@ void Springs::addForcesHolding(const Vectors& held, const Vectors& positions,
   });
 }
 
+void Springs::add(const Point& point, Scratch* scratch, const Sums& sums) const {
+  Room& room = *static_cast<Room*>(scratch);
+  const bool damped = sums.forces && !sums.damping_positions;
+  if (damped && !sums.energy && !sums.dissipation) {
+    addForces(point, true, room, *sums.forces);
+    return;
+  }
+  double unwanted = 0.0;
+  double& elastic = sums.energy ? sums.energy->elastic : unwanted;
+  double& dissipation = sums.dissipation ? *sums.dissipation : unwanted;
+  addForcesAndEnergies(point, damped, room, sums.forces, elastic, dissipation);
+  if (sums.forces && sums.damping_positions) {
+    addDamping(*sums.damping_positions, point.velocities, *sums.forces, dissipation);
+  }
+}
+
+std::uint32_t Springs::linearize(const Point& point, Scratch* scratch, double w, StepMatrix& matrix,
+                                 Vectors& forces) const {
+  // Damping is linear in v: f(x, v) + D v = f(x, 0).
+  addForces(point, false, *static_cast<Room*>(scratch), forces);
+  return addDerivatives(point, scratch, {1.0, w, w * w}, Projection::kWhereNeeded, matrix);
+}
+
 // With d = x_j - x_i = l n and w = v_j - v_i, f_i = k (l - L) n + k_d (w . n) n changes by
 //   df_i = k (along n + r across) + k_d [(dw . n + w . dn) n + (w . n) dn],
 //   dd = along n + across,  r = 1 - L/l,  dn = across / l.
 // Where the ends coincide n is a constant that stands in for a direction, dn = 0, and r is that of
 // the projected stiffness.
-void Springs::addForceDerivative(const Vectors& x, const Vectors& v, const Vectors& dx,
+void Springs::addForceDerivative(const Point& point, Scratch* /*scratch*/, const Vectors& dx,
                                  const Vectors& dv, Vectors& df) const {
-  batches_.forEach([&](std::uint32_t i, std::uint32_t j, std::size_t /*lane*/, double stiffness,
+  const Vectors &x = point.positions, &v = point.velocities;
+  const auto add = [&](std::uint32_t i, std::uint32_t j, std::size_t /*lane*/, double stiffness,
                        double damping, double rest_length) {
     const Eigen::Vector3d d = x.col(j) - x.col(i);
     const double length = d.norm();
@@ -236,80 +229,80 @@ void Springs::addForceDerivative(const Vectors& x, const Vectors& v, const Vecto
     }
     df.col(i) += f;
     df.col(j) -= f;
-  });
+  };
+  batches_.forEach(point.effects.rest_lengths, add);
 }
 
 void Springs::addPattern(PatternBuilder& pattern) const {
-  batches_.forEach([&](std::uint32_t i, std::uint32_t j, auto...) { pattern.couple(i, j); });
+  batches_.forEach({}, [&](std::uint32_t i, std::uint32_t j, auto...) { pattern.couple(i, j); });
 }
 
 void Springs::findSlots(const BlockPattern& pattern) {
   slots_.assign(batches_.lanes(), 0);
-  batches_.forEach([&](std::uint32_t i, std::uint32_t j, std::size_t lane, auto...) {
+  batches_.forEach({}, [&](std::uint32_t i, std::uint32_t j, std::size_t lane, auto...) {
     slots_[lane] = static_cast<std::uint32_t>(pattern.slot(i, j));
   });
-  taken_.setZero(Eigen::Index{pattern.size()} + Columns::kBeyond);
-  diagonal_.reset(pattern.size(), 6);
 }
 
-void Springs::findFloors(const Vectors& positions, const MatrixWeights& weights,
-                         Projection projection, const StepMatrix& matrix) const {
+void Springs::findFloors(const Point& point, const MatrixWeights& weights, Projection projection,
+                         const StepMatrix& matrix, Room& room) const {
   if (projection == Projection::kNone) {
-    taken_.setConstant(kNoFloor);
+    room.taken.setConstant(kNoFloor);
     return;
   }
   LaneResults<1> taken;
-  taken_.setZero();
+  room.taken.setZero();
   forEachBatch(
-      positions, nullptr,
+      point, false, room,
       [&](const SpringBatch& batch, const SpringLanes& lanes) {
         springIndefiniteness(lanes, weights.stiffness, taken);
         if (batch.ends_i.empty()) {
           taken.clear(batch);
-          addLanes(taken, batch, taken_.data());
+          addLanes(taken, batch, room.taken.data());
           return;
         }
         for (std::size_t s = 0; s < batch.ends_i.size(); ++s) {
-          taken_[batch.ends_i[s]] += taken.of(0)[s];
-          taken_[batch.ends_j[s]] += taken.of(0)[s];
+          room.taken[batch.ends_i[s]] += taken.of(0)[s];
+          room.taken[batch.ends_j[s]] += taken.of(0)[s];
         }
       },
       [](auto...) {});
   const std::uint32_t particles = matrix.pattern().size();
   for (std::uint32_t i = 0; i < particles; ++i) {
-    taken_[i] = taken_[i] < matrix.mass(i) ? kNoFloor : 0.0;
+    room.taken[i] = room.taken[i] < matrix.mass(i) ? kNoFloor : 0.0;
   }
 }
 
 // Where its mass outweighs what compressed springs take from a particle's diagonal block, the
 // matrix stays definite without projection; a spring is projected if that fails at one of its ends.
-std::uint32_t Springs::addDerivatives(const Vectors& positions, const Vectors& /*velocities*/,
+std::uint32_t Springs::addDerivatives(const Point& point, Scratch* scratch,
                                       const MatrixWeights& weights, Projection projection,
                                       StepMatrix& matrix) const {
-  findFloors(positions, weights, projection, matrix);
+  Room& room = *static_cast<Room*>(scratch);
+  findFloors(point, weights, projection, matrix, room);
   LaneResults<6> block;
   LaneResults<1> projected;
   double count = 0.0;
   SymmetricBlock* upper = matrix.upper().data();
   forEachBatch(
-      positions, nullptr,
+      point, false, room,
       [&](const SpringBatch& batch, SpringLanes lanes) {
         lanes.damped = batch.damped && weights.damping > 0.0;
         if (lanes.damped) lanes.damping = batches_.damping(batch);
         const std::uint32_t* slots = slots_.data() + batch.first_lane;
         if (batch.ends_i.empty()) {
-          springBlocks(lanes, taken_.data() + batch.i, taken_.data() + batch.j, weights, block,
-                       projected);
+          springBlocks(lanes, room.taken.data() + batch.i, room.taken.data() + batch.j, weights,
+                       block, projected);
           block.clear(batch);
           projected.clear(batch);
-          addLanes(block, batch, diagonal_);
+          addLanes(block, batch, room.diagonal);
           subtractBlocks(block, slots, batch.lanes, upper);
         } else {
           alignas(64) double floor_i[SpringBatch::kMaxLanes], floor_j[SpringBatch::kMaxLanes];
           const std::size_t springs = batch.ends_i.size();
           for (std::size_t s = 0; s < springs; ++s) {
-            floor_i[s] = taken_[batch.ends_i[s]];
-            floor_j[s] = taken_[batch.ends_j[s]];
+            floor_i[s] = room.taken[batch.ends_i[s]];
+            floor_j[s] = room.taken[batch.ends_j[s]];
           }
           std::fill(floor_i + springs, floor_i + batch.lanes, 0.0);
           std::fill(floor_j + springs, floor_j + batch.lanes, 0.0);
@@ -323,7 +316,7 @@ std::uint32_t Springs::addDerivatives(const Vectors& positions, const Vectors& /
         count += sumLanes(projected.of(0), batch.lanes);
       },
       [&](std::uint32_t from, std::uint32_t to) {
-        moveInto(matrix.diagonal(), from, to, diagonal_);
+        moveInto(matrix.diagonal(), from, to, room.diagonal);
       });
   return static_cast<std::uint32_t>(count);
 }

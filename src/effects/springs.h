@@ -23,58 +23,46 @@ SymmetricBlock springStiffness(const Eigen::Vector3d& d, double stiffness, doubl
 /// With D = -df/dv, the derivative that eq. 18 leaves to the reader is [B -B; -B B] with
 /// B = k_d n n^T, positive semidefinite. The damping's dependence on the positions stays out of the
 /// matrix (the notes). Without damping there is no memory and no arithmetic for it.
-/// Its methods share scratch memory: not for two threads at once.
 class Springs : public Effect {
  public:
   /// @param springs    at least one with stiffness or damping
   /// @param particles  that they join, counted through the model
-  Springs(const std::vector<Spring>& springs, std::uint32_t particles);
+  /// @param yielding   their rest lengths change
+  Springs(const std::vector<Spring>& springs, std::uint32_t particles, bool yielding = false);
 
-  std::vector<std::string> names() const override;
   const SpringBatches& batches() const { return batches_; }
-  /// Makes room for rest lengths that change.
-  /// @param springs  that the effect was made of
-  void keepApart(const std::vector<Spring>& springs);
-  /// @param rest_lengths  m, from now on; empty = those of the springs
-  void setRestLengths(const std::vector<Spring>& springs, const std::vector<double>& rest_lengths);
 
-  void addEnergy(const Vectors& positions, Energy& energy) const override;
-  void addForces(const Vectors& positions, const Vectors& velocities,
-                 Vectors& forces) const override;
-  void addForces(const Vectors& positions, const Vectors& velocities, Vectors& forces,
-                 Energy& energy, double& dissipation) const override;
-  void addForcesHolding(const Vectors& held, const Vectors& positions, const Vectors& velocities,
-                        Vectors& forces, Energy& energy, double& dissipation) const override;
-  bool dampingTurns() const override { return batches_.damped(); }
-  void addForceDerivative(const Vectors& x, const Vectors& v, const Vectors& dx, const Vectors& dv,
-                          Vectors& df) const override;
+  std::unique_ptr<Scratch> makeScratch(ThreadPool& threads) const override;
+  void add(const Point& point, Scratch* scratch, const Sums& sums) const override;
+  void addForceDerivative(const Point& point, Scratch* scratch, const Vectors& dx,
+                          const Vectors& dv, Vectors& df) const override;
   void addPattern(PatternBuilder& pattern) const override;
   void findSlots(const BlockPattern& pattern) override;
-  std::uint32_t addDerivatives(const Vectors& positions, const Vectors& velocities,
-                               const MatrixWeights& weights, Projection projection,
-                               StepMatrix& matrix) const override;
-  std::uint32_t linearize(const Vectors& positions, const Vectors& velocities, double w,
-                          StepMatrix& matrix, Vectors& forces) const override;
+  std::uint32_t addDerivatives(const Point& point, Scratch* scratch, const MatrixWeights& weights,
+                               Projection projection, StepMatrix& matrix) const override;
+  std::uint32_t linearize(const Point& point, Scratch* scratch, double w, StepMatrix& matrix,
+                          Vectors& forces) const override;
 
  private:
+  struct Room;
   /// visit(batch, lanes) of all batches, runs first; and finish(from, to) as soon as the runs are
-  /// done with these particles. Without velocities, nothing is damped.
+  /// done with these particles.
   template <typename Visit, typename Finish>
-  void forEachBatch(const Vectors& positions, const Vectors* velocities, Visit visit,
-                    Finish finish) const;
-  /// Without velocities, nothing is damped.
-  void addForces(const Vectors& positions, const Vectors* velocities, Vectors& forces) const;
-  void addForces(const Vectors& positions, const Vectors* velocities, Vectors& forces,
-                 Energy& energy, double& dissipation) const;
-  void addTo(Vectors& forces, const SpringBatch& batch, LaneResults<3>& force) const;
-  void findFloors(const Vectors& positions, const MatrixWeights& weights, Projection projection,
-                  const StepMatrix& matrix) const;
+  void forEachBatch(const Point& point, bool damped, Room& room, Visit visit, Finish finish) const;
+  /// Force on i of each lane, added to the particles at both ends.
+  static void addTo(Vectors& forces, const SpringBatch& batch, LaneResults<3>& force, Room& room);
+  void addForces(const Point& point, bool damped, Room& room, Vectors& forces) const;
+  void addForcesAndEnergies(const Point& point, bool damped, Room& room, Vectors* forces,
+                            double& elastic, double& dissipation) const;
+  /// Damping as it is at other positions.
+  void addDamping(const Vectors& held, const Vectors& velocities, Vectors& forces,
+                  double& dissipation) const;
+  void findFloors(const Point& point, const MatrixWeights& weights, Projection projection,
+                  const StepMatrix& matrix, Room& room) const;
 
   SpringBatches batches_;
+  std::uint32_t particles_;
   std::vector<std::uint32_t> slots_;  // of blocks, by lane; those of gaps get zeros
-  mutable Columns positions_, velocities_;
-  mutable Columns forces_, diagonal_;  // zero between calls
-  mutable Eigen::VectorXd taken_;      // and then the floors
 };
 
 }  // namespace mass_spring

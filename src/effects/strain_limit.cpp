@@ -15,7 +15,8 @@ SymmetricBlock stiffnessBeyond(const Eigen::Vector3d& d, double length, double l
 
 }  // namespace
 
-StrainLimit::StrainLimit(const StrainLimitOptions& options, const std::vector<Spring>& springs) {
+StrainLimit::StrainLimit(const StrainLimitOptions& options, const std::vector<Spring>& springs)
+    : Effect(Traits{{"strain_limit"}}) {
   for (const Spring& s : springs) {
     if (s.kind == SpringKind::kBending || s.rest_length == 0.0 || s.stiffness == 0.0) continue;
     springs_.push_back({s.i, s.j, (1.0 + options.max_strain) * s.rest_length,
@@ -32,31 +33,23 @@ void StrainLimit::forEachBeyond(const Vectors& positions, Visit visit) const {
   }
 }
 
-void StrainLimit::addEnergy(const Vectors& positions, Energy& energy) const {
-  forEachBeyond(positions, [&](const Limited& s, const auto& /*d*/, double length) {
-    const double excess = length - s.longest;
-    energy.elastic += 0.5 * s.stiffness * excess * excess;
+void StrainLimit::add(const Point& point, Scratch* /*scratch*/, const Sums& sums) const {
+  forEachBeyond(point.positions, [&](const Limited& s, const Eigen::Vector3d& d, double length) {
+    if (sums.energy) {
+      const double excess = length - s.longest;
+      sums.energy->elastic += 0.5 * s.stiffness * excess * excess;
+    }
+    if (sums.forces) {
+      const Eigen::Vector3d f = s.stiffness * (1.0 - s.longest / length) * d;
+      sums.forces->col(s.i) += f;
+      sums.forces->col(s.j) -= f;
+    }
   });
 }
 
-void StrainLimit::addForces(const Vectors& positions, const Vectors& /*velocities*/,
-                            Vectors& forces) const {
-  forEachBeyond(positions, [&](const Limited& s, const Eigen::Vector3d& d, double length) {
-    const Eigen::Vector3d f = s.stiffness * (1.0 - s.longest / length) * d;
-    forces.col(s.i) += f;
-    forces.col(s.j) -= f;
-  });
-}
-
-void StrainLimit::addForces(const Vectors& positions, const Vectors& velocities, Vectors& forces,
-                            Energy& energy, double& /*dissipation*/) const {
-  addEnergy(positions, energy);
-  addForces(positions, velocities, forces);
-}
-
-void StrainLimit::addForceDerivative(const Vectors& x, const Vectors& /*v*/, const Vectors& dx,
+void StrainLimit::addForceDerivative(const Point& point, Scratch* /*scratch*/, const Vectors& dx,
                                      const Vectors& /*dv*/, Vectors& df) const {
-  forEachBeyond(x, [&](const Limited& s, const Eigen::Vector3d& d, double length) {
+  forEachBeyond(point.positions, [&](const Limited& s, const Eigen::Vector3d& d, double length) {
     const Eigen::Vector3d apart = dx.col(s.j) - dx.col(s.i);
     Eigen::Vector3d f = Eigen::Vector3d::Zero();
     stiffnessBeyond(d, length, s.longest, s.stiffness).multiplyAdd(apart.data(), f.data());
@@ -73,19 +66,20 @@ void StrainLimit::findSlots(const BlockPattern& pattern) {
   for (Limited& s : springs_) s.slot = pattern.slot(s.i, s.j);
 }
 
-std::uint32_t StrainLimit::addDerivatives(const Vectors& positions, const Vectors& /*velocities*/,
+std::uint32_t StrainLimit::addDerivatives(const Point& point, Scratch* /*scratch*/,
                                           const MatrixWeights& weights, Projection /*projection*/,
                                           StepMatrix& matrix) const {
   if (weights.stiffness == 0.0) return 0;
-  forEachBeyond(positions, [&](const Limited& s, const Eigen::Vector3d& d, double length) {
+  forEachBeyond(point.positions, [&](const Limited& s, const Eigen::Vector3d& d, double length) {
     const double weighted = weights.stiffness * s.stiffness;
     matrix.addElement(s.i, s.j, s.slot, stiffnessBeyond(d, length, s.longest, weighted));
   });
   return 0;
 }
 
-std::uint32_t StrainLimit::linearize(const Vectors& positions, const Vectors& velocities, double w,
+std::uint32_t StrainLimit::linearize(const Point& point, Scratch* /*scratch*/, double w,
                                      StepMatrix& matrix, Vectors& forces) const {
+  const Vectors &positions = point.positions, &velocities = point.velocities;
   for (const Limited& s : springs_) {
     const Eigen::Vector3d d = positions.col(s.j) - positions.col(s.i);
     const Eigen::Vector3d ahead = w * (velocities.col(s.j) - velocities.col(s.i));

@@ -20,23 +20,17 @@ class StrainLimit : public Effect {
  public:
   StrainLimit(const StrainLimitOptions& options, const std::vector<Spring>& springs);
 
-  std::vector<std::string> names() const override { return {"strain_limit"}; }
-  void addEnergy(const Vectors& positions, Energy& energy) const override;
-  void addForces(const Vectors& positions, const Vectors& velocities,
-                 Vectors& forces) const override;
-  void addForces(const Vectors& positions, const Vectors& velocities, Vectors& forces,
-                 Energy& energy, double& dissipation) const override;
-  void addForceDerivative(const Vectors& x, const Vectors& v, const Vectors& dx, const Vectors& dv,
-                          Vectors& df) const override;
+  void add(const Point& point, Scratch* scratch, const Sums& sums) const override;
+  void addForceDerivative(const Point& point, Scratch* scratch, const Vectors& dx,
+                          const Vectors& dv, Vectors& df) const override;
   void addPattern(PatternBuilder& pattern) const override;
   void findSlots(const BlockPattern& pattern) override;
-  std::uint32_t addDerivatives(const Vectors& positions, const Vectors& velocities,
-                               const MatrixWeights& weights, Projection projection,
-                               StepMatrix& matrix) const override;
+  std::uint32_t addDerivatives(const Point& point, Scratch* scratch, const MatrixWeights& weights,
+                               Projection projection, StepMatrix& matrix) const override;
   /// About the longer one of a spring as it is and as it is to be expected: what a step leads
   /// beyond the limit is held by that step already.
-  std::uint32_t linearize(const Vectors& positions, const Vectors& velocities, double w,
-                          StepMatrix& matrix, Vectors& forces) const override;
+  std::uint32_t linearize(const Point& point, Scratch* scratch, double w, StepMatrix& matrix,
+                          Vectors& forces) const override;
   /// [S -S; -S S] <= 2 r k at either end.
   void addBounds(Eigen::VectorXd& stiffness, Eigen::VectorXd& damping) const override;
 

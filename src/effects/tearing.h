@@ -16,14 +16,4 @@ namespace mass_spring {
 std::vector<char> findBreaking(const TearingOptions& options, const Model& model,
                                const Vectors& positions);
 
-/// Drops what is gone; of a vector that is empty there is nothing to drop.
-template <typename Value>
-void keepIfNot(const std::vector<char>& gone, std::vector<Value>& values) {
-  std::size_t kept = 0;
-  for (std::size_t n = 0; n < values.size(); ++n) {
-    if (!gone[n]) values[kept++] = values[n];
-  }
-  values.resize(kept);
-}
-
 }  // namespace mass_spring

@@ -39,12 +39,12 @@ void spread(const Eigen::Vector3d& force, const std::array<std::uint32_t, 3>& fa
 }  // namespace
 
 Wind::Wind(const WindOptions& options, const Model& model)
-    : options_(options),
+    : Effect(Traits{{"wind"}, false, true}),
+      options_(options),
       drag_(0.5 * options.density * options.drag),
       lift_(0.5 * options.density * options.lift),
-      velocity_(options.velocity),
       faces_(model.triangles),
-      braked_(Eigen::VectorXd::Zero(model.masses.size())) {
+      damping_bounds_(Eigen::VectorXd::Zero(model.masses.size())) {
   const double strongest =
       options.velocity.norm() * (1.0 + (options.gust ? options.gust->amplitude : 0.0));
   double fastest = strongest;
@@ -56,15 +56,14 @@ Wind::Wind(const WindOptions& options, const Model& model)
   const double per_area = (strongest + fastest) * (2.0 * drag_ + 1.033 * lift_) / 3.0;
   for (const Corners& face : faces_) {
     const double bound = per_area * areaVector(model.start.positions, face).norm();
-    for (const std::uint32_t corner : face) braked_[corner] += bound;
+    for (const std::uint32_t corner : face) damping_bounds_[corner] += bound;
   }
 }
 
-bool Wind::setTime(double time) {
-  if (!options_.gust) return false;
+Eigen::Vector3d Wind::velocityAt(double time) const {
+  if (!options_.gust) return options_.velocity;
   const double phase = kTurn * time / options_.gust->period;
-  velocity_ = options_.velocity * (1.0 + options_.gust->amplitude * std::sin(phase));
-  return true;
+  return options_.velocity * (1.0 + options_.gust->amplitude * std::sin(phase));
 }
 
 Eigen::Vector3d Wind::force(const Eigen::Vector3d& S, const Eigen::Vector3d& u) const {
@@ -73,44 +72,46 @@ Eigen::Vector3d Wind::force(const Eigen::Vector3d& S, const Eigen::Vector3d& u) 
   return drag_ * std::abs(q) * u + lift_ * q / area * (speed * S - q / speed * u);
 }
 
-void Wind::addForces(const Vectors& positions, const Vectors& velocities, Vectors& forces) const {
+void Wind::add(const Point& point, Scratch* /*scratch*/, const Sums& sums) const {
+  if (sums.forces == nullptr) return;
+  // All of the force is damping.
+  const Vectors& positions = sums.damping_positions ? *sums.damping_positions : point.positions;
+  const Eigen::Vector3d wind = velocityAt(point.time);
   for (const Corners& face : faces_) {
-    spread(force(areaVector(positions, face), velocity_ - meanOf(velocities, face)), face, forces);
+    const Eigen::Vector3d S = areaVector(positions, face), v = meanOf(point.velocities, face);
+    const Eigen::Vector3d whole = force(S, wind - v);
+    if (sums.dissipation) {
+      const Eigen::Vector3d sum = force(S, wind) + 4.0 * force(S, wind - 0.5 * v) + whole;
+      *sums.dissipation -= sum.dot(v) / 6.0;
+    }
+    spread(whole, face, *sums.forces);
   }
 }
 
-void Wind::addForces(const Vectors& positions, const Vectors& velocities, Vectors& forces,
-                     Energy& /*energy*/, double& dissipation) const {
-  for (const Corners& face : faces_) {
-    const Eigen::Vector3d S = areaVector(positions, face), v = meanOf(velocities, face);
-    const Eigen::Vector3d whole = force(S, velocity_ - v);
-    const Eigen::Vector3d sum = force(S, velocity_) + 4.0 * force(S, velocity_ - 0.5 * v) + whole;
-    dissipation -= sum.dot(v) / 6.0;
-    spread(whole, face, forces);
-  }
-}
-
-double Wind::power(const Vectors& positions, const Vectors& velocities) const {
+double Wind::power(const Point& point, Scratch* /*scratch*/) const {
+  const Eigen::Vector3d wind = velocityAt(point.time);
   double power = 0.0;
   for (const Corners& face : faces_) {
     const Eigen::Vector3d third =
-        force(areaVector(positions, face), velocity_ - meanOf(velocities, face)) / 3.0;
+        force(areaVector(point.positions, face), wind - meanOf(point.velocities, face)) / 3.0;
     for (const std::uint32_t corner : face) {
-      power += std::max(0.0, third.dot(velocities.col(corner)));
+      power += std::max(0.0, third.dot(point.velocities.col(corner)));
     }
   }
   return power;
 }
 
 void Wind::addBounds(Eigen::VectorXd& /*stiffness*/, Eigen::VectorXd& damping) const {
-  damping += braked_;
+  damping += damping_bounds_;
 }
 
 // With A = |S| and s = |u|, lift is c / A (q s S - q^2 u / s).
-void Wind::addForceDerivative(const Vectors& x, const Vectors& v, const Vectors& dx,
+void Wind::addForceDerivative(const Point& point, Scratch* /*scratch*/, const Vectors& dx,
                               const Vectors& dv, Vectors& df) const {
+  const Vectors& x = point.positions;
+  const Eigen::Vector3d wind = velocityAt(point.time);
   for (const Corners& face : faces_) {
-    const Eigen::Vector3d S = areaVector(x, face), u = velocity_ - meanOf(v, face);
+    const Eigen::Vector3d S = areaVector(x, face), u = wind - meanOf(point.velocities, face);
     const double q = S.dot(u), area = S.norm(), speed = u.norm();
     if (area == 0.0 || speed == 0.0) continue;
     const Eigen::Vector3d dS = areaChange(x, dx, face), du = -meanOf(dv, face), along = u / speed;
@@ -123,15 +124,16 @@ void Wind::addForceDerivative(const Vectors& x, const Vectors& v, const Vectors&
   }
 }
 
-std::uint32_t Wind::addDerivatives(const Vectors& positions, const Vectors& velocities,
+std::uint32_t Wind::addDerivatives(const Point& point, Scratch* /*scratch*/,
                                    const MatrixWeights& weights, Projection /*projection*/,
                                    StepMatrix& matrix) const {
   if (weights.damping == 0.0) return 0;
+  const Eigen::Vector3d wind = velocityAt(point.time);
   for (const Corners& face : faces_) {
-    const Eigen::Vector3d S = areaVector(positions, face);
+    const Eigen::Vector3d S = areaVector(point.positions, face);
     const double area = S.norm();
     if (area == 0.0) continue;
-    const double d = drag_ / 3.0 * std::abs(S.dot(velocity_ - meanOf(velocities, face)));
+    const double d = drag_ / 3.0 * std::abs(S.dot(wind - meanOf(point.velocities, face)));
     const SymmetricBlock block =
         SymmetricBlock::axial(S / area, 2.0 * d * weights.damping, d * weights.damping);
     for (const std::uint32_t corner : face) matrix.diagonal()[corner] += block;
@@ -139,17 +141,18 @@ std::uint32_t Wind::addDerivatives(const Vectors& positions, const Vectors& velo
   return 0;
 }
 
-std::uint32_t Wind::linearize(const Vectors& positions, const Vectors& velocities, double w,
+std::uint32_t Wind::linearize(const Point& point, Scratch* /*scratch*/, double w,
                               StepMatrix& matrix, Vectors& forces) const {
+  const Eigen::Vector3d wind = velocityAt(point.time);
   for (const Corners& face : faces_) {
-    const Eigen::Vector3d S = areaVector(positions, face);
-    const Eigen::Vector3d u = velocity_ - meanOf(velocities, face);
+    const Eigen::Vector3d S = areaVector(point.positions, face);
+    const Eigen::Vector3d u = wind - meanOf(point.velocities, face);
     const double area = S.norm();
     if (area == 0.0) continue;
     const Eigen::Vector3d n = S / area;
     const double d = drag_ / 3.0 * std::abs(S.dot(u));
     for (const std::uint32_t corner : face) {
-      const Eigen::Vector3d v = velocities.col(corner);
+      const Eigen::Vector3d v = point.velocities.col(corner);
       forces.col(corner) += d * (v + n.dot(v) * n);
       matrix.diagonal()[corner] += SymmetricBlock::axial(n, 2.0 * d * w, d * w);
     }

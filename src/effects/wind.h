@@ -21,47 +21,37 @@ namespace mass_spring {
 /// matrix has D = rho / 2 C_D |q| (I + n n^T) / 3 per corner, no less than drag's own where u is
 /// along n; all else stays out: what couples corners, drag's skew part, lift, whose derivative is
 /// indefinite, and K, which is not symmetric. So everything is on the diagonal.
-class Wind : public Effect {
+class Wind : public Effect, public DrivingEffect {
  public:
   /// @param model  has its particles and triangles already
   Wind(const WindOptions& options, const Model& model);
 
-  std::vector<std::string> names() const override { return {"wind"}; }
-  /// Only a gust depends on it.
-  bool setTime(double time) override;
-  void addForces(const Vectors& positions, const Vectors& velocities,
-                 Vectors& forces) const override;
-  void addForces(const Vectors& positions, const Vectors& velocities, Vectors& forces,
-                 Energy& energy, double& dissipation) const override;
-  bool dampingTurns() const override { return true; }
-  void addForcesHolding(const Vectors& held, const Vectors& /*positions*/,
-                        const Vectors& velocities, Vectors& forces, Energy& energy,
-                        double& dissipation) const override {
-    addForces(held, velocities, forces, energy, dissipation);
-  }
+  void add(const Point& point, Scratch* scratch, const Sums& sums) const override;
+  /// Only a gust does.
+  bool dependsOnTime(const Point& /*point*/) const override { return options_.gust.has_value(); }
   /// What the corners take up that the air pushes on, without those that it brakes.
-  double power(const Vectors& positions, const Vectors& velocities) const override;
+  double power(const Point& point, Scratch* scratch) const override;
   /// For faces as large as at the start, that move at most as fast as the wind blows or as any
   /// particle does at the start.
   void addBounds(Eigen::VectorXd& stiffness, Eigen::VectorXd& damping) const override;
-  void addForceDerivative(const Vectors& x, const Vectors& v, const Vectors& dx, const Vectors& dv,
-                          Vectors& df) const override;
-  std::uint32_t addDerivatives(const Vectors& positions, const Vectors& velocities,
-                               const MatrixWeights& weights, Projection projection,
-                               StepMatrix& matrix) const override;
-  std::uint32_t linearize(const Vectors& positions, const Vectors& velocities, double w,
-                          StepMatrix& matrix, Vectors& forces) const override;
+  void addForceDerivative(const Point& point, Scratch* scratch, const Vectors& dx,
+                          const Vectors& dv, Vectors& df) const override;
+  std::uint32_t addDerivatives(const Point& point, Scratch* scratch, const MatrixWeights& weights,
+                               Projection projection, StepMatrix& matrix) const override;
+  std::uint32_t linearize(const Point& point, Scratch* scratch, double w, StepMatrix& matrix,
+                          Vectors& forces) const override;
 
  private:
   using Corners = std::array<std::uint32_t, 3>;
+  /// m/s, of the air.
+  Eigen::Vector3d velocityAt(double time) const;
   /// N, on a face of the area vector S [m^2] in the relative wind u [m/s].
   Eigen::Vector3d force(const Eigen::Vector3d& S, const Eigen::Vector3d& u) const;
 
   WindOptions options_;
-  double drag_, lift_;        // kg/m^3, rho / 2 times the coefficients
-  Eigen::Vector3d velocity_;  // m/s, at the time set
+  double drag_, lift_;  // kg/m^3, rho / 2 times the coefficients
   std::vector<Corners> faces_;
-  Eigen::VectorXd braked_;  // N s/m, see addBounds()
+  Eigen::VectorXd damping_bounds_;  // N s/m, see addBounds()
 };
 
 }  // namespace mass_spring

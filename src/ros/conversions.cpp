@@ -7,8 +7,6 @@
 #include <cmath>
 #include <variant>
 
-#include "effects/contact.h"
-
 namespace mass_spring {
 
 namespace {
@@ -298,10 +296,12 @@ mass_spring_sim::Contacts contacts(const Simulation& simulation,
   const State& state = simulation.state();
   message.step = state.step;
   message.sim_time = state.time;
-  for (const Shape& shape : simulation.model().contact->shapes()) {
+  const std::vector<Shape>& shapes = simulation.model().shapes;
+  for (std::size_t s = 0; s < shapes.size(); ++s) {
+    const Shape& shape = shapes[s];
     mass_spring_sim::ShapeState& entry = message.shapes.emplace_back();
     entry.name = shape.name();
-    entry.pose = fromPose(shape.pose());
+    entry.pose = fromPose(state.effects.shapes[s].at(state.time));
     entry.wrench = fromWrench(wrenches.at(shape.name()));
     entry.stale = stale.count(shape.name()) > 0;
   }

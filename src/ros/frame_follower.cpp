@@ -4,8 +4,6 @@
 
 #include <algorithm>
 
-#include "effects/contact.h"
-
 namespace mass_spring {
 
 namespace {
@@ -50,25 +48,27 @@ bool FrameFollower::leads(const std::string& name, const Pin& pin) const {
   return isLast(led_pins_, name, pin.target);
 }
 
-bool FrameFollower::leads(const Shape& shape) const {
-  return isLast(led_shapes_, shape.name(), shape.motion().target());
+bool FrameFollower::leads(const Shape& shape, const RigidMotion& motion) const {
+  return isLast(led_shapes_, shape.name(), motion.target());
 }
 
 void FrameFollower::leadShapes(const Simulation& simulation, std::vector<Command>& commands) {
   const auto& contact = simulation.scene().effects.contact;
   if (!contact) return;
-  for (const ContactShape& shape : contact->shapes) {
+  const State& state = simulation.state();
+  for (std::size_t s = 0; s < contact->shapes.size(); ++s) {
+    const ContactShape& shape = contact->shapes[s];
     if (shape.follow_frame.empty()) continue;
     const auto frame = find(shape.follow_frame, "shape", shape.name, simulation, stale_shapes_);
     if (!frame) continue;
-    const Shape& body = *simulation.model().contact->find(shape.name);
+    const Shape& body = simulation.model().shapes[s];
+    const RigidMotion& motion = state.effects.shapes[s];
     Pose target;
     target.position = frame->position + frame->orientation * body.start().position;
     target.orientation = frame->orientation * body.start().orientation;
     led_shapes_[shape.name] = target;
-    if (same(target, body.motion().target())) continue;
-    const State& state = simulation.state();
-    const Pose now = body.motion().at(state.time);
+    if (same(target, motion.target())) continue;
+    const Pose now = motion.at(state.time);
     const double radius = body.radius().value_or(
         (state.positions.colwise() - now.position).colwise().norm().maxCoeff());
     const double way = std::max((target.position - now.position).norm(),

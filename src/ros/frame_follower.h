@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "effects/shape.h"
 #include "frame_motion.h"
 #include "frames.h"
+#include "mass_spring_sim/shape.h"
 #include "mass_spring_sim/simulation.h"
 
 namespace mass_spring {
@@ -34,7 +34,7 @@ class FrameFollower {
 
   // Is it where its frame has it, or had it when that was last heard of?
   bool leads(const std::string& name, const Pin& pin) const;
-  bool leads(const Shape& shape) const;
+  bool leads(const Shape& shape, const RigidMotion& motion) const;
 
  private:
   using Steady = std::chrono::steady_clock;

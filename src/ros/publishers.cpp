@@ -15,7 +15,6 @@
 #include <vector>
 
 #include "conversions.h"
-#include "effects/contact.h"
 #include "mass_spring_sim/measures.h"
 #include "mass_spring_sim/scene_reader.h"
 #include "shape_markers.h"
@@ -243,18 +242,22 @@ void Publishers::postContacts() {
   const auto wrenches = simulation_->shapeWrenches();
   std::vector<ToldWrench> told;
   const auto heard = wrenches_.heard(Wrenches::Of::kShape);
-  for (const ContactShape& shape : contact->shapes) {
+  const State& state = simulation_->state();
+  for (std::size_t s = 0; s < contact->shapes.size(); ++s) {
+    const ContactShape& shape = contact->shapes[s];
     const auto publisher = heard.find(shape.name);
     if (publisher == heard.end()) continue;
-    const Shape& body = *simulation_->model().contact->find(shape.name);
-    const bool led = follower_.leads(body);
-    Pose frame{body.pose().position, Eigen::Quaterniond::Identity()};
+    const Shape& body = simulation_->model().shapes[s];
+    const RigidMotion& motion = state.effects.shapes[s];
+    const bool led = follower_.leads(body, motion);
+    const Pose pose = motion.at(state.time);
+    Pose frame{pose.position, Eigen::Quaterniond::Identity()};
     if (led) {
-      frame.orientation = body.pose().orientation * body.start().orientation.conjugate();
+      frame.orientation = pose.orientation * body.start().orientation.conjugate();
       frame.position -= frame.orientation * body.start().position;
     }
     told.push_back(
-        {publisher->second, stamped(wrenchIn(frame, wrenches.at(shape.name), body.pose().position),
+        {publisher->second, stamped(wrenchIn(frame, wrenches.at(shape.name), pose.position),
                                     led ? shape.follow_frame : frame_id_)});
   }
   std::optional<mass_spring_sim::Contacts> all;
@@ -282,7 +285,7 @@ geometry_msgs::WrenchStamped Publishers::stamped(const geometry_msgs::Wrench& wr
 mass_spring_sim::SolverStats Publishers::stats() const {
   mass_spring_sim::SolverStats message;
   // Measured here, as yielding springs change with the next step.
-  const Energy energy = mass_spring::energy(simulation_->model(), simulation_->state());
+  const Energy energy = simulation_->energy();
   message.kinetic_energy = energy.kinetic;
   message.elastic_energy = energy.elastic;
   message.gravity_energy = energy.gravity;
@@ -364,9 +367,11 @@ std::shared_ptr<Publishers::Snapshot> Publishers::snapshot() const {
   snapshot->state = simulation_->state();
   snapshot->commands = applied_commands_;
   snapshot->pinned = simulation_->pins().mask();
-  if (const Contact* contact = simulation_->model().contact) {
-    setTime(simulation_->model(), simulation_->state().time);
-    for (const Shape& shape : contact->shapes()) snapshot->shapes.push_back(shape.geometryPose());
+  const std::vector<Shape>& shapes = snapshot->model->shapes;
+  const State& state = snapshot->state;
+  for (std::size_t s = 0; s < shapes.size(); ++s) {
+    const PlacedShape placed(shapes[s], state.effects.shapes[s], state.time);
+    snapshot->shapes.push_back(placed.geometryPose());
   }
   return snapshot;
 }

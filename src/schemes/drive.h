@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "effects/effect.h"
 #include "mass_spring_sim/state.h"
 
 namespace mass_spring {
@@ -12,8 +13,13 @@ namespace mass_spring {
 struct Drive {
   const std::vector<char>& pinned;  ///< per particle
   const Vectors* loads;             ///< N per particle, or nullptr for none
+  const EffectState& effects;       ///< what effects remember
   double time;                      ///< s, at the start
 
+  /// Where effects are evaluated so long after the start [s].
+  Point point(const Vectors& positions, const Vectors& velocities, double after) const {
+    return {positions, velocities, time + after, effects};
+  }
   bool isPinned(Eigen::Index i) const { return pinned[static_cast<std::size_t>(i)] != 0; }
 };
 

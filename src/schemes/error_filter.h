@@ -1,6 +1,5 @@
 #pragma once
 
-#include "mass_spring_sim/model.h"
 #include "schemes/step_system.h"
 
 namespace mass_spring {
@@ -10,16 +9,16 @@ namespace mass_spring {
 /// damps away at once (Shampine 1984; Hosea and Shampine 1996, section 4).
 class ErrorFilter {
  public:
-  ErrorFilter(const Model& model, StepSystem& system);
+  ErrorFilter(Workspace& workspace, StepSystem& system);
 
   /// The system must hold the matrix of weight w, decoupled.
   /// @param positions, velocities  the raw difference [m, m/s]; overwritten
   /// @return m, root mean square over the free particles
-  double apply(double w, const Drive& drive, const State& end, Vectors& positions,
+  double apply(double w, const Drive& drive, const Point& end, Vectors& positions,
                Vectors& velocities, SubstepReport& report);
 
  private:
-  const Model& model_;
+  Workspace& workspace_;
   StepSystem& system_;
   Vectors still_, right_side_;
 };

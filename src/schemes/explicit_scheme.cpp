@@ -5,14 +5,14 @@
 
 namespace mass_spring {
 
-ExplicitScheme::ExplicitScheme(const Model& model, Scheme scheme)
-    : model_(model),
+ExplicitScheme::ExplicitScheme(Workspace& workspace, Scheme scheme)
+    : workspace_(workspace),
       scheme_(scheme),
-      accelerations_(3, model.particleCount()),
-      mobilities_(3, model.particleCount()) {
+      accelerations_(3, workspace.model().particleCount()),
+      mobilities_(3, workspace.model().particleCount()) {
   if (scheme == Scheme::kExplicitEuler) return;
   for (Vectors* vectors : {&x_, &v_, &sum_x_, &sum_v_, &last_v_}) {
-    vectors->setZero(3, model.particleCount());
+    vectors->setZero(3, workspace.model().particleCount());
   }
 }
 
@@ -32,7 +32,8 @@ void ExplicitScheme::beginSubstep(const Drive& drive, const State& state) {
     pinned_ = drive.pinned;
     pins_.clear();
     for (Eigen::Index i = 0; i < mobilities_.cols(); ++i) {
-      mobilities_.col(i).setConstant(drive.isPinned(i) ? 0.0 : 1.0 / model_.masses[i]);
+      const double mass = workspace_.model().masses[i];
+      mobilities_.col(i).setConstant(drive.isPinned(i) ? 0.0 : 1.0 / mass);
       if (drive.isPinned(i)) pins_.push_back({i, state.velocities.col(i), state.velocities.col(i)});
     }
   }
@@ -42,9 +43,8 @@ void ExplicitScheme::beginSubstep(const Drive& drive, const State& state) {
   }
 }
 
-void ExplicitScheme::findAccelerations(const Drive& drive, const Vectors& positions,
-                                       const Vectors& velocities, double share) {
-  sumForces(model_, drive.loads, positions, velocities, accelerations_);
+void ExplicitScheme::findAccelerations(const Drive& drive, const Point& point, double share) {
+  sumForces(workspace_, drive.loads, point, accelerations_);
   addPinWork(drive, share, scheme_ != Scheme::kRk4);
   accelerations_.array() *= mobilities_.array();
   clearPinned(drive, accelerations_);  // 0 times infinity
@@ -63,8 +63,7 @@ void ExplicitScheme::addPinWork(const Drive& drive, double share, bool euler) {
 }
 
 void ExplicitScheme::advanceEuler(double h, const Drive& drive, State& state) {
-  setTime(model_, drive.time);
-  findAccelerations(drive, state.positions, state.velocities, h);
+  findAccelerations(drive, drive.point(state.positions, state.velocities, 0.0), h);
   if (scheme_ == Scheme::kExplicitEuler) state.positions += h * state.velocities;
   state.velocities += h * accelerations_;
   if (scheme_ == Scheme::kSymplecticEuler) state.positions += h * state.velocities;
@@ -80,8 +79,7 @@ void ExplicitScheme::advanceRungeKutta(double h, const Drive& drive, State& stat
   sum_x_ = state.positions;
   sum_v_ = state.velocities;
   for (int stage = 0; stage < 4; ++stage) {
-    setTime(model_, drive.time + kAt[stage] * h);
-    findAccelerations(drive, x_, v_, h * kWeight[stage]);
+    findAccelerations(drive, drive.point(x_, v_, kAt[stage] * h), h * kWeight[stage]);
     sum_x_ += h * kWeight[stage] * v_;
     sum_v_ += h * kWeight[stage] * accelerations_;
     if (stage == 3) break;
@@ -103,8 +101,8 @@ SubstepReport ExplicitScheme::advanceVerlet(int substeps, double h, const Drive&
   // Velocities are known half a sub-step off the positions. Spring damping wants them where the
   // positions are: they are continued with the last acceleration, which keeps the order.
   const auto kick = [&](int n, double share, double ahead) {
-    setTime(model_, drive.time + n * substep);
-    sumForces(model_, drive.loads, state.positions, v_, accelerations_);
+    sumForces(workspace_, drive.loads, drive.point(state.positions, v_, n * substep),
+              accelerations_);
     addPinWork(drive, share * substep, false);
     double *const v = state.velocities.data(), *const x = state.positions.data();
     double* const expected = v_.data();

@@ -2,7 +2,6 @@
 
 #include <vector>
 
-#include "mass_spring_sim/model.h"
 #include "schemes/drive.h"
 
 namespace mass_spring {
@@ -15,7 +14,7 @@ namespace mass_spring {
 /// right: then it is the Stoermer-Verlet scheme, at the price of one more evaluation in each step.
 class ExplicitScheme {
  public:
-  ExplicitScheme(const Model& model, Scheme scheme);
+  ExplicitScheme(Workspace& workspace, Scheme scheme);
   /// Advances positions and velocities by h [s].
   SubstepReport advance(double h, const Drive& drive, State& state);
   /// A step begins, or begins again: nothing has been done in it.
@@ -35,13 +34,12 @@ class ExplicitScheme {
   };
   void beginSubstep(const Drive& drive, const State& state);
   /// @param share  s, for which these accelerations act
-  void findAccelerations(const Drive& drive, const Vectors& positions, const Vectors& velocities,
-                         double share);
+  void findAccelerations(const Drive& drive, const Point& point, double share);
   /// @param share  s, for which the forces in accelerations_ act
   /// @param euler  these are all the forces of the sub-step
   void addPinWork(const Drive& drive, double share, bool euler);
 
-  const Model& model_;
+  Workspace& workspace_;
   Scheme scheme_;
   Vectors accelerations_;
   std::vector<char> pinned_;  // that the next two belong to

@@ -20,7 +20,7 @@ double characteristicLength(const Model& model) {
   }
   double length =
       count > 0 ? sum / static_cast<double>(count) : std::numeric_limits<double>::infinity();
-  for (const auto& effect : model.effects) length = std::min(length, effect->length());
+  for (const auto& effect : model.effects) length = std::min(length, effect->traits().length);
   return length;
 }
 
@@ -44,21 +44,27 @@ constexpr double kMoreMasses = 4.0, kFewerMasses = 4.0;  // factors from one att
 
 }  // namespace
 
-Newton::Newton(const Model& model, const SolverOptions& options, StepSystem& system)
-    : model_(model), options_(options), length_(characteristicLength(model)), system_(system) {
+Newton::Newton(Workspace& workspace, const SolverOptions& options, StepSystem& system)
+    : workspace_(workspace),
+      model_(workspace.model()),
+      options_(options),
+      length_(characteristicLength(model_)),
+      system_(system) {
   for (Vectors* vectors : {&x_, &forces_, &residual_, &right_side_, &delta_, &v_before_, &rest_,
                            &guess_, &held_positions_}) {
-    vectors->setZero(3, model.particleCount());
+    vectors->setZero(3, model_.particleCount());
   }
-  for (const auto& effect : model.effects) damped_ = damped_ || effect->dampingTurns();
+  for (const auto& effect : model_.effects) {
+    damped_ = damped_ || effect->traits().damping_depends_on_position;
+  }
 }
 
 void Newton::evaluate(const Stage& stage, const Drive& drive, const Vectors& v) {
   x_ = stage.positions + stage.weight * v;
   Energy energy;
   double lost = 0.0;
-  sumForces(model_, drive.loads, hold_damping_ ? &held_positions_ : nullptr, x_, v, forces_, energy,
-            lost);
+  Sums sums{&forces_, &energy, &lost, hold_damping_ ? &held_positions_ : nullptr};
+  sumForces(workspace_, drive.loads, drive.point(x_, v, stage.after), sums);
   const double dissipated = stage.weight * lost;
   double square = 0.0, inertia = 0.0, load = 0.0;
   for (Eigen::Index i = 0; i < v.cols(); ++i) {
@@ -129,7 +135,8 @@ LinearSystem::Result Newton::solveForStep(const Stage& stage, const Drive& drive
                                           double tolerance, SubstepReport& report) {
   right_side_ = -residual_;
   const auto assemble = [&](Projection projection) {
-    system_.assemble(stage.weight, x_, hold_damping_ ? held_positions_ : x_, v, projection, report);
+    system_.assemble(stage.weight, drive.point(x_, v, stage.after),
+                     hold_damping_ ? &held_positions_ : nullptr, projection, report);
     system_.decouple(drive.pinned);
   };
   const auto solve = [&] {

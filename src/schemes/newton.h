@@ -1,6 +1,5 @@
 #pragma once
 
-#include "mass_spring_sim/model.h"
 #include "schemes/step_system.h"
 
 namespace mass_spring {
@@ -10,6 +9,7 @@ namespace mass_spring {
 /// Implicit Euler (course notes eq. 12-13) has weight = h and the state before the step as base.
 struct Stage {
   double weight;              ///< s
+  double after;               ///< s, from the start of the sub-step to the end of the stage
   const Vectors& positions;   ///< m
   const Vectors& velocities;  ///< m/s
 };
@@ -29,7 +29,7 @@ struct Stage {
 /// criterion that knows no units.
 class Newton {
  public:
-  Newton(const Model& model, const SolverOptions& options, StepSystem& system);
+  Newton(Workspace& workspace, const SolverOptions& options, StepSystem& system);
 
   /// @param v  a first guess that the root replaces; pinned columns are kept. Unconverged, it is
   ///           the best iterate; where forces overflow, not a number.
@@ -66,6 +66,7 @@ class Newton {
   double lengthen(double slope, const StepTo& stepTo);
   void markOverflow(Vectors& v) const;
 
+  Workspace& workspace_;
   const Model& model_;
   SolverOptions options_;
   double length_;  // m, what newton_tolerance is relative to

@@ -37,9 +37,9 @@ constexpr double kRoundTolerance = 1e-3;
 
 }  // namespace
 
-Rosenbrock::Rosenbrock(const Model& model, const SolverOptions& options, StepSystem& system)
-    : model_(model), options_(options), system_(system) {
-  const auto resize = [&](auto&... vectors) { (vectors.setZero(3, model.particleCount()), ...); };
+Rosenbrock::Rosenbrock(Workspace& workspace, const SolverOptions& options, StepSystem& system)
+    : workspace_(workspace), model_(workspace.model()), options_(options), system_(system) {
+  const auto resize = [&](auto&... vectors) { (vectors.setZero(3, model_.particleCount()), ...); };
   resize(x_, v_, rate_, right_side_, u_, product_, change_, still_);
   const int stages = options.scheme == Scheme::kRos3 ? kRos3Table.stages : 1;
   for (std::size_t i = 0; i < static_cast<std::size_t>(stages); ++i) resize(p_[i], q_[i]);
@@ -55,15 +55,15 @@ SubstepReport Rosenbrock::advance(Scheme scheme, double h, const Drive& drive, S
 void Rosenbrock::advance(const RosenbrockTable& table, double h, const Drive& drive, State& state,
                          SubstepReport& report) {
   const double w = table.gamma * h;
-  const bool timed = setTime(model_, drive.time);
+  const Point start = drive.point(state.positions, state.velocities, 0.0);
+  const bool timed = table.exact && dependsOnTime(workspace_, start);
   if (table.exact) {
-    system_.assemble(w, state.positions, state.positions, state.velocities,
-                     Projection::kWhereNeeded, report);
+    system_.assemble(w, start, nullptr, Projection::kWhereNeeded, report);
     if (timed) findForcesRate(h, drive, state);
   }
   bool looked_again = table.exact;
   for (std::size_t i = 0; i < static_cast<std::size_t>(table.stages); ++i) {
-    if (timed) setTime(model_, drive.time + table.alpha[i] * h);
+    const double after = table.alpha[i] * h;
     x_ = state.positions;
     v_ = state.velocities;
     for (std::size_t j = 0; j < i; ++j) {
@@ -78,16 +78,14 @@ void Rosenbrock::advance(const RosenbrockTable& table, double h, const Drive& dr
     //   (M + w D + w^2 K) u = M (x' + w v') + w D x'.
     if (!table.exact) {
       // One stage, in which x' = v.
-      system_.linearize(w, state, right_side_, report);
+      system_.linearize(w, drive.point(state.positions, state.velocities, after), right_side_,
+                        report);
       if (drive.loads) right_side_ += *drive.loads;
     } else {
-      sumForces(model_, drive.loads, x_, v_, right_side_);
+      sumForces(workspace_, drive.loads, drive.point(x_, v_, after), right_side_);
       if (timed) right_side_ += table.gamma_rate[i] * h * forces_rate_;
-      if (timed) setTime(model_, drive.time);
       product_.setZero();
-      for (const auto& effect : model_.effects) {
-        effect->addForceDerivative(state.positions, state.velocities, still_, rate_, product_);
-      }
+      addForceDerivative(workspace_, start, still_, rate_, product_);
       right_side_ -= product_;
     }
     right_side_ *= w;
@@ -109,9 +107,8 @@ void Rosenbrock::advance(const RosenbrockTable& table, double h, const Drive& dr
     if (!looked_again) {
       looked_again = true;
       x_ = state.positions + p_[i];
-      bool foreseen = true;
-      for (const auto& effect : model_.effects) foreseen = effect->foresaw(x_) && foreseen;
-      if (!foreseen) --i;  // the same stage, better informed
+      // If not, the same stage, better informed.
+      if (!system_.linearizationCovered(drive.point(x_, u_, after))) --i;
     }
   }
   for (std::size_t i = 0; i < static_cast<std::size_t>(table.stages); ++i) {
@@ -131,9 +128,9 @@ void Rosenbrock::advance(const RosenbrockTable& table, double h, const Drive& dr
 void Rosenbrock::findForcesRate(double h, const Drive& drive, const State& state) {
   if (forces_rate_.size() == 0) forces_rate_.setZero(3, state.positions.cols());
   const double ahead = kRateShare * h;
-  sumForces(model_, nullptr, state.positions, state.velocities, product_);
-  setTime(model_, drive.time + ahead);
-  sumForces(model_, nullptr, state.positions, state.velocities, forces_rate_);
+  sumForces(workspace_, nullptr, drive.point(state.positions, state.velocities, 0.0), product_);
+  sumForces(workspace_, nullptr, drive.point(state.positions, state.velocities, ahead),
+            forces_rate_);
   forces_rate_ = (forces_rate_ - product_) / ahead;
 }
 
@@ -171,9 +168,8 @@ void Rosenbrock::solveExactly(double w, const Drive& drive, const State& state, 
     // right_side - (M + w D + w^2 K) u, exactly.
     x_ = w * u;
     product_.setZero();
-    for (const auto& effect : model_.effects) {
-      effect->addForceDerivative(state.positions, state.velocities, x_, u, product_);
-    }
+    addForceDerivative(workspace_, drive.point(state.positions, state.velocities, 0.0), x_, u,
+                       product_);
     product_ = right_side_ - u * model_.masses.asDiagonal() + w * product_;
     clearPinned(drive, product_);
     const double norm = product_.norm();

@@ -2,7 +2,6 @@
 
 #include <array>
 
-#include "mass_spring_sim/model.h"
 #include "schemes/step_system.h"
 
 namespace mass_spring {
@@ -28,7 +27,7 @@ struct RosenbrockTable {
 class Rosenbrock {
  public:
   /// For options.scheme and, as a budget may ask for it, for kLinearImplicitEuler.
-  Rosenbrock(const Model& model, const SolverOptions& options, StepSystem& system);
+  Rosenbrock(Workspace& workspace, const SolverOptions& options, StepSystem& system);
 
   /// Advances positions and velocities by h [s].
   /// @param scheme  kLinearImplicitEuler or kRos3
@@ -45,6 +44,7 @@ class Rosenbrock {
   void solveExactly(double w, const Drive& drive, const State& state, Vectors& u,
                     SubstepReport& report);
 
+  Workspace& workspace_;
   const Model& model_;
   SolverOptions options_;
   StepSystem& system_;

@@ -32,9 +32,11 @@ constexpr double kLargestGrowth = 2.0;
 
 }  // namespace
 
-StageScheme::StageScheme(const Model& model, const SolverOptions& options, StepSystem& system)
-    : model_(model), newton_(model, options, system) {
-  const auto resize = [&](auto&... vectors) { (vectors.setZero(3, model.particleCount()), ...); };
+StageScheme::StageScheme(Workspace& workspace, const SolverOptions& options, StepSystem& system)
+    : workspace_(workspace), newton_(workspace, options, system) {
+  const auto resize = [&](auto&... vectors) {
+    (vectors.setZero(3, workspace.model().particleCount()), ...);
+  };
   const bool two_step = options.scheme == Scheme::kBdf2;
   const bool estimates = options.scheme == Scheme::kTrBdf2;
   const std::size_t stages = two_step || estimates ? 3 : 1;
@@ -42,7 +44,7 @@ StageScheme::StageScheme(const Model& model, const SolverOptions& options, StepS
   for (std::size_t i = 0; i < stages; ++i) resize(stage_velocities_[i], stage_accelerations_[i]);
   if (two_step) resize(before_.positions, before_.velocities, kept_.positions, kept_.velocities);
   if (estimates) {
-    filter_.emplace(model, system);
+    filter_.emplace(workspace, system);
     resize(error_positions_, error_velocities_);
   }
 }
@@ -86,10 +88,10 @@ void StageScheme::advanceStages(const StageTable& table, bool below_rest, double
   for (int i = 0; i < table.stages; ++i) {
     const auto stage = static_cast<std::size_t>(i);
     Vectors& accelerations = stage_accelerations_[stage];
-    setTime(model_, drive.time + table.at(i) * h);
+    const double after = table.at(i) * h;
     if (i == 0 && table.explicit_first) {
-      sumForces(model_, drive.loads, state.positions, v_, accelerations);
-      accelerations.array().rowwise() /= model_.masses.transpose().array();
+      sumForces(workspace_, drive.loads, drive.point(state.positions, v_, after), accelerations);
+      accelerations.array().rowwise() /= workspace_.model().masses.transpose().array();
     } else {
       base_positions_ = state.positions;
       base_velocities_ = state.velocities;
@@ -97,7 +99,7 @@ void StageScheme::advanceStages(const StageTable& table, bool below_rest, double
         base_positions_ += h * table.below[stage][j] * stage_velocities_[j];
         base_velocities_ += h * table.below[stage][j] * stage_accelerations_[j];
       }
-      const Stage implicit{w, base_positions_, base_velocities_};
+      const Stage implicit{w, after, base_positions_, base_velocities_};
       if (below_rest) {
         newton_.solveBelowRest(implicit, drive, v_, report);
       } else {
@@ -143,8 +145,7 @@ void StageScheme::advanceTwoStep(double h, const Drive& drive, State& state,
     base_positions_.col(i) = state.positions.col(i) + (h - w) * state.velocities.col(i);
   }
   v_ = state.velocities;
-  setTime(model_, drive.time + h);
-  newton_.solve({w, base_positions_, base_velocities_}, drive, v_, report);
+  newton_.solve({w, h, base_positions_, base_velocities_}, drive, v_, report);
   state.positions = base_positions_ + w * v_;
   state.velocities = v_;
 }
@@ -162,7 +163,8 @@ void StageScheme::estimateError(const StageTable& table, double h, const Drive& 
     error_velocities_ += h * table.error[i] * stage_accelerations_[i];
   }
   report.estimated_error =
-      filter_->apply(table.beta * h, drive, end, error_positions_, error_velocities_, report);
+      filter_->apply(table.beta * h, drive, drive.point(end.positions, end.velocities, h),
+                     error_positions_, error_velocities_, report);
 }
 
 }  // namespace mass_spring

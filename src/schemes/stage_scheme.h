@@ -3,7 +3,6 @@
 #include <array>
 #include <optional>
 
-#include "mass_spring_sim/model.h"
 #include "schemes/error_filter.h"
 #include "schemes/newton.h"
 
@@ -32,7 +31,7 @@ struct StageTable {
 class StageScheme {
  public:
   /// For options.scheme and, as every scheme may end there, for kImplicitEuler.
-  StageScheme(const Model& model, const SolverOptions& options, StepSystem& system);
+  StageScheme(Workspace& workspace, const SolverOptions& options, StepSystem& system);
 
   /// Advances positions and velocities by h [s].
   /// @param scheme  kImplicitEuler, kImplicitMidpoint, kBdf2 or kTrBdf2
@@ -57,7 +56,7 @@ class StageScheme {
     Vectors positions, velocities;
   };
 
-  const Model& model_;
+  Workspace& workspace_;
   Newton newton_;
   std::optional<ErrorFilter> filter_;  // for tr_bdf2
   Vectors base_positions_, base_velocities_, v_;

@@ -5,44 +5,54 @@
 
 namespace mass_spring {
 
-StepSystem::StepSystem(const Model& model, const SolverOptions& options,
-                       std::vector<const Effect*> effects)
-    : model_(model),
-      effects_(std::move(effects)),
-      matrix_(model.pattern, model.threads.get()),
-      system_(model, options) {}
-
-StepSystem::StepSystem(const Model& model, const SolverOptions& options)
-    : StepSystem(model, options, {}) {
-  for (const auto& effect : model.effects) effects_.push_back(effect.get());
+StepSystem::StepSystem(Workspace& workspace, const SolverOptions& options,
+                       const std::function<bool(const Effect&)>& part)
+    : workspace_(workspace),
+      matrix_(workspace.model().pattern, &workspace.threads()),
+      system_(workspace, options) {
+  for (const Workspace::Part& each : workspace.parts()) {
+    if (part(*each.effect)) parts_.push_back(&each);
+  }
 }
 
-void StepSystem::assemble(double w, const Vectors& x, const Vectors& x_damping, const Vectors& v,
+StepSystem::StepSystem(Workspace& workspace, const SolverOptions& options)
+    : StepSystem(workspace, options, [](const Effect&) { return true; }) {}
+
+void StepSystem::assemble(double w, const Point& point, const Vectors* damping_positions,
                           Projection projection, SubstepReport& report) {
-  matrix_.setMasses(1.0, model_.masses);
-  const auto add = [&](const Vectors& positions, const MatrixWeights& weights) {
-    for (const Effect* effect : effects_) {
+  matrix_.setMasses(1.0, workspace_.model().masses);
+  const auto add = [&](const Point& at, const MatrixWeights& weights) {
+    for (const Workspace::Part* part : parts_) {
       report.projected_springs +=
-          effect->addDerivatives(positions, v, weights, projection, matrix_);
+          part->effect->addDerivatives(at, part->scratch.get(), weights, projection, matrix_);
     }
   };
-  if (&x == &x_damping) {
-    add(x, {1.0, w, w * w});
+  if (damping_positions == nullptr) {
+    add(point, {1.0, w, w * w});
   } else {
-    add(x, {1.0, 0.0, w * w});
-    add(x_damping, {1.0, w, 0.0});
+    add(point, {1.0, 0.0, w * w});
+    add({*damping_positions, point.velocities, point.time, point.effects}, {1.0, w, 0.0});
   }
   ++report.newton_iterations;
 }
 
-void StepSystem::linearize(double w, const State& state, Vectors& forces, SubstepReport& report) {
-  matrix_.setMasses(1.0, model_.masses);
+void StepSystem::linearize(double w, const Point& point, Vectors& forces, SubstepReport& report) {
+  matrix_.setMasses(1.0, workspace_.model().masses);
   forces.setZero();
-  for (const Effect* effect : effects_) {
+  for (const Workspace::Part* part : parts_) {
     report.projected_springs +=
-        effect->linearize(state.positions, state.velocities, w, matrix_, forces);
+        part->effect->linearize(point, part->scratch.get(), w, matrix_, forces);
   }
   ++report.newton_iterations;
+}
+
+bool StepSystem::linearizationCovered(const Point& end) {
+  bool covered = true;
+  for (const Workspace::Part* part : parts_) {
+    if (part->foreseeing == nullptr) continue;
+    covered = part->foreseeing->linearizationCovered(end, part->scratch.get()) && covered;
+  }
+  return covered;
 }
 
 void StepSystem::decouple(const std::vector<char>& pinned) {
@@ -56,8 +66,9 @@ void StepSystem::shift(double share) {
 }
 
 void StepSystem::addMasses(double share, SubstepReport& report) {
-  for (std::uint32_t i = 0; i < model_.particleCount(); ++i) {
-    matrix_.diagonal()[i] += SymmetricBlock::isotropic(share * model_.masses[i]);
+  const Model& model = workspace_.model();
+  for (std::uint32_t i = 0; i < model.particleCount(); ++i) {
+    matrix_.diagonal()[i] += SymmetricBlock::isotropic(share * model.masses[i]);
   }
   system_.prepare(matrix_);
   ++report.newton_iterations;

@@ -1,9 +1,9 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "effects/effect.h"
-#include "mass_spring_sim/model.h"
 #include "schemes/drive.h"
 #include "solvers/linear_system.h"
 
@@ -14,17 +14,20 @@ namespace mass_spring {
 /// solution keep what a start holds, and right-hand sides must be zero there.
 class StepSystem {
  public:
-  /// @param effects  the only ones to be in its matrix
-  StepSystem(const Model& model, const SolverOptions& options, std::vector<const Effect*> effects);
+  /// @param part  is an effect of the model to be in its matrix?
+  StepSystem(Workspace& workspace, const SolverOptions& options,
+             const std::function<bool(const Effect&)>& part);
   /// With all effects of the model.
-  StepSystem(const Model& model, const SolverOptions& options);
+  StepSystem(Workspace& workspace, const SolverOptions& options);
 
-  /// The matrix with K at positions x and D at positions x_damping, both at velocities v, coupled
-  /// still with the pinned particles.
-  void assemble(double w, const Vectors& x, const Vectors& x_damping, const Vectors& v,
+  /// The matrix with K and D at a point, coupled still with the pinned particles.
+  /// @param damping_positions  for D, in place of those of the point; nullptr = the same
+  void assemble(double w, const Point& point, const Vectors* damping_positions,
                 Projection projection, SubstepReport& report);
   /// The matrix of a linearly implicit step of w [s], and the forces in it without loads.
-  void linearize(double w, const State& state, Vectors& forces, SubstepReport& report);
+  void linearize(double w, const Point& point, Vectors& forces, SubstepReport& report);
+  /// Did the last linearize() see coming what is where the step ends?
+  bool linearizationCovered(const Point& end);
   /// y = A x, before decouple().
   void multiply(const Vectors& x, Vectors& y) const { matrix_.multiply(x, y); }
   /// Takes the pinned particles out of the matrix, which is then ready to be solved with.
@@ -41,8 +44,8 @@ class StepSystem {
   std::size_t nonzeros() const { return matrix_.pattern().nonzeros(); }
 
  private:
-  const Model& model_;
-  std::vector<const Effect*> effects_;
+  Workspace& workspace_;
+  std::vector<const Workspace::Part*> parts_;
   StepMatrix matrix_;
   LinearSystem system_;
 };

@@ -1,19 +1,23 @@
 #include "schemes/xpbd.h"
 
-#include <utility>
+#include <algorithm>
 
 namespace mass_spring {
 
-Xpbd::Xpbd(const Model& model, const SolverOptions& options) : model_(model) {
+Xpbd::Xpbd(Workspace& workspace, const SolverOptions& options) : workspace_(workspace) {
+  const Model& model = workspace.model();
   before_.setZero(3, model.particleCount());
   accelerations_.setZero(3, model.particleCount());
   mobilities_.setZero(3, model.particleCount());
-  if (model.springs_effect) springs_.emplace(model.springs_effect->batches(), model.masses);
-  std::vector<const Effect*> others;
-  for (const auto& effect : model.effects) {
-    if (effect.get() != model.springs_effect && !effect->constant()) others.push_back(effect.get());
+  const auto* springs = find<Springs>(model);
+  if (springs) springs_.emplace(springs->batches(), model.masses);
+  const auto isOther = [springs](const Effect& effect) {
+    return &effect != springs && !effect.traits().constant;
+  };
+  if (std::any_of(model.effects.begin(), model.effects.end(),
+                  [&](const auto& effect) { return isOther(*effect); })) {
+    others_.emplace(workspace, options, isOther);
   }
-  if (!others.empty()) others_.emplace(model, options, std::move(others));
 }
 
 SubstepReport Xpbd::advance(double h, const Drive& drive, State& state) {
@@ -21,7 +25,7 @@ SubstepReport Xpbd::advance(double h, const Drive& drive, State& state) {
   findMobilities(drive);
   advanceFreely(h, drive, state);
   if (springs_) {
-    springs_->relax(h, drive.pinned, before_, state.positions);
+    springs_->relax(h, drive.pinned, drive.effects.rest_lengths, before_, state.positions);
     const double *x = state.positions.data(), *from = before_.data(), *m = mobilities_.data();
     double* v = state.velocities.data();
     const double rate = 1.0 / h;
@@ -32,7 +36,7 @@ SubstepReport Xpbd::advance(double h, const Drive& drive, State& state) {
   }
   if (!others_) return {};
   state.positions = before_;
-  const Drive unloaded{drive.pinned, nullptr, drive.time};
+  const Drive unloaded{drive.pinned, nullptr, drive.effects, drive.time};
   return others_->scheme.advance(Scheme::kLinearImplicitEuler, h, unloaded, state);
 }
 
@@ -40,13 +44,14 @@ void Xpbd::findMobilities(const Drive& drive) {
   if (pinned_ == drive.pinned) return;
   pinned_ = drive.pinned;
   for (Eigen::Index i = 0; i < mobilities_.cols(); ++i) {
-    mobilities_.col(i).setConstant(drive.isPinned(i) ? 0.0 : 1.0 / model_.masses[i]);
+    mobilities_.col(i).setConstant(drive.isPinned(i) ? 0.0 : 1.0 / workspace_.model().masses[i]);
   }
   accelerations_.setZero();
-  for (const auto& effect : model_.effects) {
-    if (effect->constant()) {
-      effect->addForces(before_, before_, accelerations_);  // of any positions and velocities
-    }
+  Sums sums;
+  sums.forces = &accelerations_;
+  const Point any = drive.point(before_, before_, 0.0);
+  for (const Workspace::Part& part : workspace_.parts()) {
+    if (part.effect->traits().constant) part.effect->add(any, part.scratch.get(), sums);
   }
   accelerations_.array() *= mobilities_.array();
 }

@@ -6,7 +6,6 @@
 
 #include "effects/spring_relaxation.h"
 #include "effects/springs.h"
-#include "mass_spring_sim/model.h"
 #include "schemes/rosenbrock.h"
 #include "schemes/step_system.h"
 
@@ -20,7 +19,7 @@ namespace mass_spring {
 /// and what swings slow.
 class Xpbd {
  public:
-  Xpbd(const Model& model, const SolverOptions& options);
+  Xpbd(Workspace& workspace, const SolverOptions& options);
 
   /// Advances positions and velocities by h [s].
   SubstepReport advance(double h, const Drive& drive, State& state);
@@ -31,13 +30,14 @@ class Xpbd {
   void advanceFreely(double h, const Drive& drive, State& state) const;
 
   struct Others {
-    Others(const Model& model, const SolverOptions& options, std::vector<const Effect*> effects)
-        : system(model, options, std::move(effects)), scheme(model, options, system) {}
+    Others(Workspace& workspace, const SolverOptions& options,
+           const std::function<bool(const Effect&)>& part)
+        : system(workspace, options, part), scheme(workspace, options, system) {}
     StepSystem system;
     Rosenbrock scheme;
   };
 
-  const Model& model_;
+  Workspace& workspace_;
   std::optional<SpringRelaxation> springs_;
   std::optional<Others> others_;  // if there are any
   Vectors before_;

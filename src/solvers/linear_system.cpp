@@ -23,10 +23,11 @@ constexpr std::uint32_t kLongestSeries = 256;  // of matrices that are not even 
 
 }  // namespace
 
-LinearSystem::LinearSystem(const Model& model, const SolverOptions& options)
+LinearSystem::LinearSystem(Workspace& workspace, const SolverOptions& options)
     : options_(options),
       direct_(options.linear_solver == LinearSolver::kCholesky ||
               options.linear_solver == LinearSolver::kBanded) {
+  const Model& model = workspace.model();
   const std::shared_ptr<const BlockPattern>& pattern = model.pattern;
   if (options_.linear_solver != LinearSolver::kConjugateGradient) {
     direct_solver_ = makeDirectSolver(options_.linear_solver, pattern);
@@ -42,7 +43,7 @@ LinearSystem::LinearSystem(const Model& model, const SolverOptions& options)
     if (options.linear_solver == LinearSolver::kConjugateGradient) {
       preconditioner = std::make_unique<IncompleteCholesky>(pattern);
     } else {
-      preconditioner = std::make_unique<Multigrid>(model);
+      preconditioner = std::make_unique<Multigrid>(model, workspace.threads());
     }
     conjugate_gradient_.emplace(std::move(preconditioner), pattern->size());
     most_iterations_ = static_cast<std::uint32_t>(options.max_linear_iterations);
@@ -58,7 +59,7 @@ LinearSystem::LinearSystem(const Model& model, const SolverOptions& options)
   if (direct_solver_) {
     residual_.resize(3, pattern->size());
     correction_.resize(3, pattern->size());
-    const auto ties = [](const auto& effect) { return effect->ties(); };
+    const auto ties = [](const auto& effect) { return effect->traits().ties; };
     if (std::any_of(model.effects.begin(), model.effects.end(), ties)) {
       led_by_factor_.emplace(
           std::make_unique<FactorPreconditioner>(*direct_solver_, pattern->size()),

@@ -3,7 +3,6 @@
 #include <memory>
 #include <optional>
 
-#include "mass_spring_sim/model.h"
 #include "mass_spring_sim/scheme.h"
 #include "solvers/conjugate_gradient.h"
 #include "solvers/direct_solver.h"
@@ -11,13 +10,15 @@
 
 namespace mass_spring {
 
+class Workspace;
+
 /// Solves with the step matrix by the solver asked for. `auto` takes the direct factor where that
 /// costs less than conjugate gradients would, and where those do not reach their tolerance. A
 /// factor does not know of ties: where there are some, it leads conjugate gradients, which are as
 /// many as there are ties at most.
 class LinearSystem {
  public:
-  LinearSystem(const Model& model, const SolverOptions& options);
+  LinearSystem(Workspace& workspace, const SolverOptions& options);
 
   struct Result {
     bool converged = false;

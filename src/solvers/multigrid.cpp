@@ -49,8 +49,8 @@ void store(const SymmetricBlock& block, double scale, float* to) {
 
 Multigrid::Level::Level(BlockRows block_rows) : matrix(std::move(block_rows)), sweep(matrix.rows) {}
 
-Multigrid::Multigrid(const Model& model)
-    : threads_(*model.threads), row_sums_(model.pattern->size()) {
+Multigrid::Multigrid(const Model& model, ThreadPool& threads)
+    : threads_(threads), row_sums_(model.pattern->size()) {
   RestShape shape(model);
   levels_.emplace_back(model.pattern->rows());
   while (levels_.back().matrix.size() > kCoarsest) {

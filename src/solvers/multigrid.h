@@ -18,7 +18,7 @@ namespace mass_spring {
 /// places at rest can have linear interpolation, which costs less per cycle.)
 class Multigrid : public Preconditioner {
  public:
-  explicit Multigrid(const Model& model);
+  Multigrid(const Model& model, ThreadPool& threads);
 
   bool prepare(const StepMatrix& matrix) override;
   void apply(const FloatVectors& r, FloatVectors& z, FloatVectors& work) override;

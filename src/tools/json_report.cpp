@@ -55,7 +55,7 @@ nlohmann::json jsonReport(const Simulation& simulation, const RunStatistics& sta
       {"max_budget_used", orNull(totals.max_budget_used)},
       {"energy",
        {{"start", json(statistics.start_energy)},
-        {"end", json(energy(simulation.model(), simulation.state()))},
+        {"end", json(simulation.energy())},
         {"max_total", statistics.max_energy}}},
       {"max_stretch", statistics.max_stretch},
       {"pins", json(simulation.pinWrenches())},

@@ -25,7 +25,8 @@ using Vector = Eigen::VectorXd;
 /// The scene as y'' = f(y, y') in the coordinates y of its free particles times sqrt(mass).
 class FreeModel {
  public:
-  FreeModel(const Scene& scene, const std::vector<char>& pinned) : model_(buildModel(scene)) {
+  FreeModel(const Scene& scene, const std::vector<char>& pinned)
+      : model_(buildModel(scene)), workspace_(model_) {
     for (Eigen::Index i = 0; i < model_.masses.size(); ++i) {
       if (!pinned[static_cast<std::size_t>(i)]) free_.push_back(i);
     }
@@ -47,23 +48,22 @@ class FreeModel {
     }
     return values;
   }
-  Vector acceleration(const Vectors& positions) const {
+  Vector acceleration(const Vectors& positions) {
     Vectors forces = zero();
-    sumForces(model_, nullptr, positions, zero(), forces);
+    const Vectors none = zero();
+    sumForces(workspace_, nullptr, at(positions, none), forces);
     return gather(forces, -0.5);
   }
   /// -df/dy, or -df/dy' if `damping`.
-  Matrix derivative(const Vectors& positions, bool damping) const {
+  Matrix derivative(const Vectors& positions, bool damping) {
     const Eigen::Index n = 3 * particles();
     const Vectors none = zero();
     Matrix result(n, n);
     for (Eigen::Index k = 0; k < n; ++k) {
       const Vectors unit = scatter(Vector::Unit(n, k), -0.5);
       Vectors change = zero();
-      for (const auto& effect : model_.effects) {
-        effect->addForceDerivative(positions, none, damping ? none : unit, damping ? unit : none,
-                                   change);
-      }
+      addForceDerivative(workspace_, at(positions, none), damping ? none : unit,
+                         damping ? unit : none, change);
       result.col(k) = -gather(change, -0.5);
     }
     return result;
@@ -71,12 +71,16 @@ class FreeModel {
 
  private:
   Vectors zero() const { return Vectors::Zero(3, model_.masses.size()); }
+  Point at(const Vectors& positions, const Vectors& velocities) const {
+    return {positions, velocities, 0.0, model_.start.effects};
+  }
   Model model_;
+  Workspace workspace_;
   std::vector<Eigen::Index> free_;
 };
 
 /// The shape at rest that Newton's method finds from some positions; nullopt if it finds none.
-std::optional<Vectors> findRest(const FreeModel& free, Vectors positions) {
+std::optional<Vectors> findRest(FreeModel& free, Vectors positions) {
   const double size = (positions.rowwise().maxCoeff() - positions.rowwise().minCoeff()).norm();
   for (int iteration = 0; iteration < 20; ++iteration) {
     Matrix stiffness = free.derivative(positions, false);
@@ -158,7 +162,7 @@ Modes findModes(const Scene& scene, const Reference& reference, double frame_rat
     return result;
   };
   if (!scene.timeline.empty()) return none("its timeline moves it");
-  const FreeModel free(scene, reference.pinned);
+  FreeModel free(scene, reference.pinned);
   if (free.particles() == 0) return none("nothing is free");
   if (free.particles() > kMostParticles) {
     return none("it has more than " + std::to_string(kMostParticles) + " free particles");

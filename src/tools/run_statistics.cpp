@@ -5,7 +5,7 @@
 namespace mass_spring {
 
 RunStatistics::RunStatistics(const Simulation& simulation)
-    : start_energy(energy(simulation.model(), simulation.state())),
+    : start_energy(simulation.energy()),
       max_energy(start_energy.total()),
       max_stretch(maxStretch(simulation.model(), simulation.state())) {}
 
@@ -17,7 +17,7 @@ void RunStatistics::add(const StepReport& report, double seconds, std::uint64_t 
 }
 
 void RunStatistics::measure(const Simulation& simulation) {
-  max_energy = std::max(max_energy, energy(simulation.model(), simulation.state()).total());
+  max_energy = std::max(max_energy, simulation.energy().total());
   max_stretch = std::max(max_stretch, maxStretch(simulation.model(), simulation.state()));
 }
 

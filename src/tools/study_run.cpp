@@ -100,7 +100,7 @@ StudyRow runOnce(const Study& study, const StudySetting& setting, double patienc
     row.mode_errors =
         whole ? compare(study.modes, amplitudes, study.frame_rate) : ModeErrors{INFINITY, INFINITY};
   }
-  row.end_energy = energy(simulation.model(), simulation.state()).total();
+  row.end_energy = simulation.energy().total();
   row.end_height = meanHeight(study.scene, simulation.state());
   return row;
 }

@@ -236,7 +236,7 @@ TEST(Markers, LeaveOutTheTornFacesOfALattice) {
   // it.
   ASSERT_EQ(std::make_pair(model.springs[0].i, model.springs[0].j), std::make_pair(0u, 1u));
   gone[0] = 1;
-  const Model torn = withoutSprings(scene, model, gone);
+  const Model torn = withoutSprings(model, gone);
   markers.follow(torn);
   const MarkerArray array =
       markers.draw(model.start.positions, std::vector<char>(60, 0), ros::Time(), false);
@@ -337,7 +337,10 @@ effects:
   Markers markers(scene, model, 30.0);
   for (int frame = 0; frame < 2; ++frame) {
     std::vector<Eigen::Isometry3d> poses;
-    for (const Shape& shape : model.contact->shapes()) poses.push_back(shape.geometryPose());
+    for (std::size_t s = 0; s < model.shapes.size(); ++s) {
+      const RigidMotion& motion = model.start.effects.shapes[s];
+      poses.push_back(PlacedShape(model.shapes[s], motion, 0.0).geometryPose());
+    }
     const ros::Time stamp(frame, 5);
     const MarkerArray& array = markers.draw(model.start.positions, std::vector<char>(1, 0), stamp,
                                             false, shapeMarkers(scene, poses, stamp));

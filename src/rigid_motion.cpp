@@ -1,4 +1,4 @@
-#include "effects/rigid_motion.h"
+#include "mass_spring_sim/rigid_motion.h"
 
 namespace mass_spring {
 namespace {
@@ -21,6 +21,14 @@ RigidMotion::RigidMotion(const Pose& from, const Pose& to, double begin, double 
 
 bool RigidMotion::lasts(double time) const {
   return duration_ > 0.0 && time <= begin_ + (1.0 + kSameTime) * duration_;
+}
+
+bool RigidMotion::operator==(const RigidMotion& other) const {
+  const auto same = [](const Pose& a, const Pose& b) {
+    return a.position == b.position && a.orientation.coeffs() == b.orientation.coeffs();
+  };
+  return same(from_, other.from_) && same(to_, other.to_) && begin_ == other.begin_ &&
+         duration_ == other.duration_;
 }
 
 Pose RigidMotion::at(double time) const {

@@ -20,6 +20,7 @@ class RigidMotion {
   const Pose& target() const { return to_; }
   /// Does it move then, or later?
   bool lasts(double time) const;
+  bool operator==(const RigidMotion& other) const;
 
   // While it moves.
   const Eigen::Vector3d& velocity() const { return velocity_; }  ///< m/s, of the origin
