@@ -47,9 +47,10 @@ struct Wrench {
 /// The wrench of the particles of each pin on the holder, about the origin of the pin's target: all
 /// forces on the particles. The inertia of the particles themselves is not included while the pin
 /// is accelerated. At rest, the forces of all pins add up to the weight.
-/// @param state  at which the forces are taken
-/// @param pins   that hold the particles
-/// @param loads  forces of commands [N per particle], or nullptr
+/// @param workspace  of the model
+/// @param state      at which the forces are taken
+/// @param pins       that hold the particles
+/// @param loads      forces of commands [N per particle], or nullptr
 std::map<std::string, Wrench> pinWrenches(Workspace& workspace, const State& state,
                                           const Pins& pins, const Vectors* loads);
 
