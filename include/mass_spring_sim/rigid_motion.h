@@ -12,6 +12,8 @@ class RigidMotion {
  public:
   /// At rest for ever.
   explicit RigidMotion(const Pose& pose);
+  /// @param from      pose before it moves
+  /// @param to        pose after that
   /// @param begin     s of simulated time
   /// @param duration  s, > 0
   RigidMotion(const Pose& from, const Pose& to, double begin, double duration);

@@ -75,10 +75,12 @@ class Shape {
   Pose start_;
 };
 
-/// A shape where its motion has it at a time. Shape and motion must outlive it.
+/// A shape where its motion has it at a time.
 class PlacedShape {
  public:
-  /// @param time  s of simulated time
+  /// @param shape   that outlives this
+  /// @param motion  likewise
+  /// @param time    s of simulated time
   PlacedShape(const Shape& shape, const RigidMotion& motion, double time);
 
   const Pose& pose() const { return pose_; }

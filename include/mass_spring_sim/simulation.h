@@ -31,7 +31,8 @@ class Simulation {
   /// @throws SceneError if a value of the scene is out of its range
   explicit Simulation(Scene scene);
   /// Shares a model with other simulations, which may run on other threads.
-  /// @param model  built of this scene, not nullptr
+  /// @param scene  as above
+  /// @param model  built of it, not nullptr
   Simulation(Scene scene, std::shared_ptr<const Model> model);
   ~Simulation();
 
