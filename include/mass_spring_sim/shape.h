@@ -84,7 +84,7 @@ class PlacedShape {
   PlacedShape(const Shape& shape, const RigidMotion& motion, double time);
 
   const Pose& pose() const { return pose_; }
-  /// Of the geometry: the body's, with z along a capsule and out of a plane.
+  /// The pose of the geometry: the axes of the body, but with z along a capsule and out of a plane.
   Eigen::Isometry3d geometryPose() const { return geometry_pose_; }
   /// Does it move, or will it?
   bool moves() const { return moves_; }
@@ -93,8 +93,8 @@ class PlacedShape {
   Eigen::Vector3d spin() const;  ///< rad/s
   /// m, from a point of the scene to the surface, < 0 inside.
   double distance(const Eigen::Vector3d& point) const;
-  /// Where the nearest place on the surface is not unique (the middle of a sphere, the ridges
-  /// inside a box), one of them is taken, the same every time.
+  /// The nearest place on the surface. If several are nearest (in the middle of a sphere, on the
+  /// ridges inside a box), the function returns the same one every time.
   Surface at(const Eigen::Vector3d& point) const;
 
  private:

@@ -11,7 +11,7 @@ namespace mass_spring {
 /// 3 x n, one column per particle: x0 y0 z0 x1 y1 z1 ... in memory.
 using Vectors = Eigen::Matrix3Xd;
 
-/// What effects remember from step to step.
+/// The memory of the effects from step to step.
 struct EffectState {
   std::vector<double> rest_lengths;  ///< m, by Spring::number; empty = all as built
   std::vector<char> broken;          ///< by Spring::number; empty = none is

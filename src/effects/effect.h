@@ -30,15 +30,16 @@ enum class Projection {
   kWhereNeeded,  ///< projected where the masses alone could not keep the matrix definite
 };
 
-/// Where effects are evaluated.
+/// The state at which effects are evaluated.
 struct Point {
   const Vectors& positions;    ///< m
   const Vectors& velocities;   ///< m/s
   double time;                 ///< s
-  const EffectState& effects;  ///< what they remember
+  const EffectState& effects;  ///< the memory of the effects
 };
 
-/// What is to be added up over the effects; what is null is not wanted.
+/// The sums over the effects that a caller asks for; a null pointer means that it does not want
+/// one.
 struct Sums {
   Vectors* forces = nullptr;  ///< N
   Energy* energy = nullptr;   ///< J, each to the entry it belongs to
@@ -49,9 +50,9 @@ struct Sums {
   const Vectors* damping_positions = nullptr;
 };
 
-/// What never changes of an effect.
+/// The constant properties of an effect.
 struct Traits {
-  /// What it is called where active effects are listed; more than one if it joins several.
+  /// The names in lists of active effects; an effect that joins several has more than one.
   std::vector<std::string> names;
   bool constant = false;                     ///< its forces are always the same
   bool damping_depends_on_position = false;  ///< Q does
@@ -61,14 +62,13 @@ struct Traits {
   double length = std::numeric_limits<double>::infinity();
 };
 
-/// The memory that an effect computes with. Nothing in it changes an answer, but for what begins
-/// and ends within one sub-step.
+/// The memory that an effect computes with. It changes no answer, except within one sub-step.
 class Scratch {
  public:
   virtual ~Scratch() = default;
 };
 
-/// Whatever adds energy or force. An effect that a scene does not call for is not in the model's
+/// An effect adds energy or force. An effect that a scene does not call for is not in the model's
 /// list, and so has no entries in the pattern, no memory and no branch inside a loop. Effects are
 /// constant: what changes is in the point and in the scratch, which each caller has of its own.
 /// @param scratch  of this effect, from makeScratch()
@@ -123,7 +123,7 @@ class DrivingEffect {
   virtual ~DrivingEffect() = default;
   /// Does it depend on time, then or later?
   virtual bool dependsOnTime(const Point& point) const = 0;
-  /// What it may feed in at most [W].
+  /// An upper bound of the power that the effect feeds in [W].
   virtual double power(const Point& point, Scratch* scratch) const = 0;
 };
 
@@ -157,7 +157,8 @@ const E* find(const Model& model) {
   return nullptr;
 }
 
-/// What computing with a model takes besides it: memory and threads. For one computation at a time.
+/// The memory and the threads that a computation with a model needs. It serves one computation at a
+/// time.
 class Workspace {
  public:
   /// One effect, and what it can do besides; these are null if it cannot.

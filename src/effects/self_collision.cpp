@@ -46,7 +46,7 @@ double defaultStiffness(const Model& model, Elements elements, double thickness)
 
 }  // namespace
 
-/// What elements feel of each other.
+/// A pair of elements that push each other.
 struct SelfCollision::Push {
   const ElementPair* pair;
   Proximity near;
@@ -86,8 +86,8 @@ class SelfCollision::Room : public Scratch {
                                         double w);
 
  private:
-  /// Where elements have passed through others, what lies beside these sees them on the wrong side,
-  /// without having been passed itself: it has no say.
+  /// Drops misled pairs: elements that lie beside a pair that has passed through each other see it
+  /// on the wrong side, although they have not been passed themselves.
   void dropBesidePassed(const Vectors& from, const Vectors& to);
   /// Finds the pairs for the way there.
   void refresh(const Vectors& positions);
